@@ -1,0 +1,1 @@
+//! Generated particle cases for tests, benches and meniscus make.

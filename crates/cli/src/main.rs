@@ -1,0 +1,2 @@
+//! The `meniscus` program.
+fn main() {}

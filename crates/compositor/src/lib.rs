@@ -1,0 +1,1 @@
+//! Merge, tone mapping, display transform.

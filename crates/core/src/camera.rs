@@ -1,0 +1,268 @@
+use glam::camera::rh::view::look_at_mat4;
+use glam::{Mat4, Vec2, Vec3};
+use serde::{Deserialize, Serialize};
+
+use crate::Aabb;
+
+/// How view space is mapped to the picture.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Projection {
+    /// Pinhole; vertical field of view in radians, in (0, pi).
+    Perspective {
+        /// Vertical field of view, radians.
+        fovy_rad: f32,
+    },
+    /// Parallel; full height of the picture in world units, > 0.
+    Orthographic {
+        /// Full picture height, world units.
+        height_world: f32,
+    },
+}
+
+/// A camera in world space (file coordinates minus the series' origin).
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Camera {
+    /// Eye position, world.
+    pub eye: Vec3,
+    /// Point looked at, world.
+    pub target: Vec3,
+    /// Direction that points up in the picture; need not be perpendicular to the view axis.
+    pub up: Vec3,
+    /// Perspective or parallel.
+    pub projection: Projection,
+    /// Nearest distance drawn, world units, > 0. Particles right in front of the eye break screen-space smoothing.
+    pub near: f32,
+}
+
+/// Why a camera cannot be used.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum CameraError {
+    /// A number is NaN or infinite.
+    #[error("camera {0} is not finite; give finite numbers")]
+    NotFinite(&'static str),
+    /// Eye and target coincide.
+    #[error("camera eye and target are the same point {0:?}; move one of them")]
+    NoDirection([f32; 3]),
+    /// Up is zero or along the view axis.
+    #[error("camera up vector {0:?} is zero or parallel to the view direction; give another --camera up")]
+    BadUp([f32; 3]),
+    /// Field of view or height out of range.
+    #[error("camera {name} is {found}, expected {expected}")]
+    OutOfRange {
+        /// Which parameter.
+        name: &'static str,
+        /// The value found.
+        found: f32,
+        /// What is allowed.
+        expected: &'static str,
+    },
+}
+
+impl Camera {
+    /// Checks that the camera defines a picture.
+    ///
+    /// # Errors
+    /// [`CameraError`] names the first offending part.
+    pub fn validate(&self) -> Result<(), CameraError> {
+        for (name, v) in [("eye", self.eye), ("target", self.target), ("up", self.up)] {
+            if !v.is_finite() {
+                return Err(CameraError::NotFinite(name));
+            }
+        }
+        let forward = self.target - self.eye;
+        if forward.length_squared() == 0.0 || !forward.length_squared().is_finite() {
+            return Err(CameraError::NoDirection(self.eye.to_array()));
+        }
+        let side = forward.normalize().cross(self.up.normalize_or_zero());
+        // 1e-4: the sine of 0.006 degrees, below which the f32 cross product is mostly rounding.
+        if !side.is_finite() || side.length() < 1e-4 {
+            return Err(CameraError::BadUp(self.up.to_array()));
+        }
+        match self.projection {
+            Projection::Perspective { fovy_rad } if !(fovy_rad > 1e-3 && fovy_rad < 3.1) => {
+                Err(CameraError::OutOfRange {
+                    name: "vertical field of view (radians)",
+                    found: fovy_rad,
+                    expected: "between 0.001 and 3.1 (0.06 to 177 degrees)",
+                })
+            }
+            Projection::Orthographic { height_world }
+                if !(height_world > 0.0 && height_world.is_finite()) =>
+            {
+                Err(CameraError::OutOfRange {
+                    name: "orthographic height",
+                    found: height_world,
+                    expected: "a positive length",
+                })
+            }
+            _ if !(self.near > 0.0 && self.near.is_finite()) => Err(CameraError::OutOfRange {
+                name: "near distance",
+                found: self.near,
+                expected: "a positive length",
+            }),
+            _ => Ok(()),
+        }
+    }
+
+    /// Unit view direction, world.
+    pub fn forward(&self) -> Vec3 {
+        (self.target - self.eye).normalize()
+    }
+
+    /// Rigid transform from world to view space (right-handed, camera looks along -z).
+    pub fn view_from_world(&self) -> Mat4 {
+        look_at_mat4(self.eye, self.target, self.up)
+    }
+
+    /// Half width and half height of the picture: at distance 1 for perspective (tangents), at any distance for
+    /// parallel projection (world units). `size` is `[width, height]` in pixels.
+    pub fn half_extent(&self, size: [u32; 2]) -> Vec2 {
+        let aspect = size[0] as f32 / size[1] as f32;
+        let half_height = match self.projection {
+            Projection::Perspective { fovy_rad } => (fovy_rad * 0.5).tan(),
+            Projection::Orthographic { height_world } => height_world * 0.5,
+        };
+        Vec2::new(half_height * aspect, half_height)
+    }
+
+    /// Pixels per world unit at view distance `distance` (`ppu` of `algorithms.md` 0).
+    pub fn px_per_world(&self, size: [u32; 2], distance: f32) -> f32 {
+        let at_one = size[1] as f32 / (2.0 * self.half_extent(size).y);
+        match self.projection {
+            Projection::Perspective { .. } => at_one / distance,
+            Projection::Orthographic { .. } => at_one,
+        }
+    }
+
+    /// Whether the projection is parallel.
+    pub fn is_orthographic(&self) -> bool {
+        matches!(self.projection, Projection::Orthographic { .. })
+    }
+
+    /// The frustum's bounding planes in world space, pointing inwards: `dot(n, p) + d >= 0` inside. Left, right, bottom,
+    /// top, near; there is no far plane.
+    pub fn frustum_planes(&self, size: [u32; 2]) -> [(Vec3, f32); 5] {
+        let world_from_view = self.view_from_world().inverse();
+        let half = self.half_extent(size);
+        let plane = |normal_view: Vec3, point_view: Vec3| {
+            let n = world_from_view.transform_vector3(normal_view).normalize();
+            (n, -n.dot(world_from_view.transform_point3(point_view)))
+        };
+        match self.projection {
+            Projection::Perspective { .. } => [
+                plane(Vec3::new(1.0, 0.0, -half.x), Vec3::ZERO),
+                plane(Vec3::new(-1.0, 0.0, -half.x), Vec3::ZERO),
+                plane(Vec3::new(0.0, 1.0, -half.y), Vec3::ZERO),
+                plane(Vec3::new(0.0, -1.0, -half.y), Vec3::ZERO),
+                plane(Vec3::NEG_Z, Vec3::new(0.0, 0.0, -self.near)),
+            ],
+            Projection::Orthographic { .. } => [
+                plane(Vec3::X, Vec3::new(-half.x, 0.0, 0.0)),
+                plane(Vec3::NEG_X, Vec3::new(half.x, 0.0, 0.0)),
+                plane(Vec3::Y, Vec3::new(0.0, -half.y, 0.0)),
+                plane(Vec3::NEG_Y, Vec3::new(0.0, half.y, 0.0)),
+                plane(Vec3::NEG_Z, Vec3::new(0.0, 0.0, -self.near)),
+            ],
+        }
+    }
+
+    /// A perspective camera that looks along `direction` (world, towards the scene) and just fits `bounds` into a picture
+    /// of `size` pixels; `margin` 1.0 touches the border, 1.1 leaves ten percent.
+    pub fn fit(bounds: Aabb, direction: Vec3, up: Vec3, fovy_rad: f32, size: [u32; 2], margin: f32) -> Self {
+        let direction = direction.normalize();
+        let (target, extent) =
+            if bounds.is_empty() { (Vec3::ZERO, Vec3::ONE) } else { (bounds.center(), bounds.extent()) };
+        let reach = extent.length().max(f32::MIN_POSITIVE);
+        let mut camera = Self {
+            eye: target - direction * reach,
+            target,
+            up,
+            projection: Projection::Perspective { fovy_rad },
+            near: reach * 1e-3,
+        };
+        // The nearest eye along the axis from which every corner projects inside the margin: for a corner at (x, y) off the
+        // axis and z along it, x / (distance + z) <= half, so distance >= x / half - z.
+        let view = look_at_mat4(target - direction, target, up);
+        let half = camera.half_extent(size) / margin;
+        let corners = if bounds.is_empty() { [target; 8] } else { bounds.corners() };
+        let distance = corners
+            .iter()
+            .map(|&corner| {
+                let v = view.transform_point3(corner);
+                let along = -v.z - 1.0;
+                (v.x.abs() / half.x).max(v.y.abs() / half.y) - along
+            })
+            .fold(reach * 0.05, f32::max);
+        camera.eye = target - direction * distance;
+        camera
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn camera(projection: Projection) -> Camera {
+        Camera { eye: Vec3::new(3.0, 2.0, 5.0), target: Vec3::ZERO, up: Vec3::Y, projection, near: 0.1 }
+    }
+
+    #[test]
+    fn points_on_the_picture_border_lie_on_the_frustum_planes() {
+        let size = [640, 480];
+        for projection in
+            [Projection::Perspective { fovy_rad: 1.0 }, Projection::Orthographic { height_world: 4.0 }]
+        {
+            let camera = camera(projection);
+            let half = camera.half_extent(size);
+            let distance = 3.0;
+            let scale = if camera.is_orthographic() { 1.0 } else { distance };
+            let left = Vec3::new(-half.x * scale, 0.0, -distance);
+            let world = camera.view_from_world().inverse().transform_point3(left);
+            let planes = camera.frustum_planes(size);
+            // 1e-5: f32 rounding of coordinates of size 5.
+            assert!((planes[0].0.dot(world) + planes[0].1).abs() < 1e-5);
+            for (n, d) in &planes[1..] {
+                assert!(n.dot(world) + d > 0.1);
+            }
+        }
+    }
+
+    #[test]
+    fn fit_puts_every_corner_inside_and_one_on_the_margin() {
+        let bounds = Aabb { min: Vec3::new(-1.0, 0.0, -3.0), max: Vec3::new(2.0, 1.0, 4.0) };
+        let size = [1280, 720];
+        let camera = Camera::fit(bounds, Vec3::new(-1.0, -0.5, -1.0), Vec3::Y, 0.8, size, 1.1);
+        camera.validate().unwrap();
+        let half = camera.half_extent(size);
+        let view = camera.view_from_world();
+        let worst = bounds
+            .corners()
+            .iter()
+            .map(|&c| {
+                let v = view.transform_point3(c);
+                (v.x.abs() / -v.z / half.x).max(v.y.abs() / -v.z / half.y)
+            })
+            .fold(0.0f32, f32::max);
+        assert!((worst - 1.0 / 1.1).abs() < 1e-4, "{worst}");
+    }
+
+    #[test]
+    fn unusable_cameras_are_refused() {
+        let good = camera(Projection::Perspective { fovy_rad: 1.0 });
+        assert_eq!(good.validate(), Ok(()));
+        let bad = |change: fn(&mut Camera)| {
+            let mut c = good;
+            change(&mut c);
+            c.validate().unwrap_err()
+        };
+        assert!(matches!(bad(|c| c.eye.x = f32::NAN), CameraError::NotFinite("eye")));
+        assert!(matches!(bad(|c| c.target = c.eye), CameraError::NoDirection(_)));
+        assert!(matches!(bad(|c| c.up = c.target - c.eye), CameraError::BadUp(_)));
+        assert!(matches!(bad(|c| c.near = 0.0), CameraError::OutOfRange { .. }));
+        assert!(matches!(
+            bad(|c| c.projection = Projection::Perspective { fovy_rad: 4.0 }),
+            CameraError::OutOfRange { .. }
+        ));
+    }
+}

@@ -1,0 +1,106 @@
+use std::fmt;
+
+use serde::Serialize;
+
+/// One way in which a picture is not what was asked for.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+#[serde(tag = "kind", rename_all = "snake_case")]
+pub enum Flaw {
+    /// Points with a NaN or infinite coordinate were left out.
+    NonFiniteDropped {
+        /// How many.
+        count: u64,
+    },
+    /// A software adapter drew the picture although the machine has a GPU.
+    SoftwareAdapter {
+        /// What was found and how to fix it.
+        advice: String,
+    },
+    /// An option has no effect here.
+    OptionUnsupported {
+        /// The option as the user would write it.
+        option: String,
+        /// Why.
+        reason: String,
+    },
+    /// A frame of the series could not be read and is missing from the output.
+    FrameMissing {
+        /// Index in the series.
+        frame: usize,
+        /// The reader's error.
+        reason: String,
+    },
+    /// The spacing was estimated from few or irregular particles.
+    SpacingUncertain {
+        /// What the estimate rests on.
+        reason: String,
+    },
+    /// The data has no extent along one axis and is drawn as a thin sheet.
+    Planar {
+        /// The flat axis: `x`, `y` or `z`.
+        axis: char,
+    },
+    /// Particles that look like walls are drawn as water.
+    WallsDrawnAsWater {
+        /// The flag that hides them.
+        flag: String,
+    },
+    /// Everything lies outside the view.
+    NothingVisible,
+}
+
+impl fmt::Display for Flaw {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::NonFiniteDropped { count } => {
+                write!(f, "{count} points with NaN or infinite coordinates were dropped")
+            }
+            Self::SoftwareAdapter { advice } => {
+                write!(f, "a software adapter draws although this machine has a GPU: {advice}")
+            }
+            Self::OptionUnsupported { option, reason } => write!(f, "{option} has no effect: {reason}"),
+            Self::FrameMissing { frame, reason } => write!(f, "frame {frame} is missing: {reason}"),
+            Self::SpacingUncertain { reason } => {
+                write!(f, "the particle spacing is uncertain: {reason}; set it with --spacing")
+            }
+            Self::Planar { axis } => {
+                write!(f, "the data is flat along {axis} and drawn as a sheet one spacing thick")
+            }
+            Self::WallsDrawnAsWater { flag } => {
+                write!(f, "some particles look like walls and are drawn as water; hide them with {flag}")
+            }
+            Self::NothingVisible => {
+                write!(f, "no particle is inside the view; check --camera or leave it out")
+            }
+        }
+    }
+}
+
+/// The flaws of one picture, each listed once, in the order found.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+#[serde(transparent)]
+pub struct Flaws(Vec<Flaw>);
+
+impl Flaws {
+    /// Adds `flaw` unless the same one is listed already.
+    pub fn add(&mut self, flaw: Flaw) {
+        if !self.0.contains(&flaw) {
+            self.0.push(flaw);
+        }
+    }
+
+    /// Adds all of `other`.
+    pub fn merge(&mut self, other: &Self) {
+        other.iter().for_each(|flaw| self.add(flaw.clone()));
+    }
+
+    /// The flaws in the order found.
+    pub fn iter(&self) -> impl Iterator<Item = &Flaw> {
+        self.0.iter()
+    }
+
+    /// Whether the picture is what was asked for.
+    pub fn is_empty(&self) -> bool {
+        self.0.is_empty()
+    }
+}

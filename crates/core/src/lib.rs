@@ -1,0 +1,24 @@
+//! What every stage shares and what crosses layers: particle frames, the space of a series, cameras, cost
+//! reports, flaws and the [`FrameSource`] trait. Nothing here knows files or GPUs.
+//!
+//! # Spaces
+//! * **file** space: the coordinates in the user's file, `f64`, any unit, any up axis.
+//! * **world** space: file space minus the series' origin, `f32`, still in the file's unit and axes.
+//! * **view** space: right-handed, x right, y up, the camera looks along -z. A *distance* is `-z`: positive, measured
+//!   along the view axis, not along the ray.
+
+mod bounds;
+mod camera;
+mod flaws;
+mod frame;
+mod report;
+mod series;
+mod source;
+
+pub use bounds::Aabb;
+pub use camera::{Camera, CameraError, Projection};
+pub use flaws::{Flaw, Flaws};
+pub use frame::{Attribute, Look, ParticleFrame, ParticleSet, SetFrame};
+pub use report::{Choice, FrameReport, ParticleCounts, StageCost};
+pub use series::{DEFAULT_RADIUS_PER_SPACING, RadiusChoice, SeriesSpace, SpacingSource, UpAxis};
+pub use source::{Cancel, FrameError, FrameErrorKind, FrameRequest, FrameSource};

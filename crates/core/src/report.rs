@@ -1,0 +1,67 @@
+use serde::Serialize;
+
+use crate::Flaws;
+
+/// What one stage of one frame cost. A pass that did not run has no entry; a clock that is not trusted is absent, never
+/// zero.
+#[derive(Clone, Debug, Default, PartialEq, Serialize)]
+pub struct StageCost {
+    /// `stage.pass`, e.g. `ssfr.depth`.
+    pub name: String,
+    /// GPU milliseconds from time stamps.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub gpu_ms: Option<f64>,
+    /// Wall-clock milliseconds, where the stage was run on its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub wall_ms: Option<f64>,
+    /// User + system milliseconds of the whole process, where the stage was run on its own.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub cpu_ms: Option<f64>,
+}
+
+/// An automatic choice and how to override it.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct Choice {
+    /// What was chosen, e.g. `up axis`.
+    pub what: String,
+    /// The value.
+    pub value: String,
+    /// Why.
+    pub reason: String,
+    /// The flag that overrides it.
+    pub flag: String,
+}
+
+impl std::fmt::Display for Choice {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        write!(f, "{}: {} ({}; override with {})", self.what, self.value, self.reason, self.flag)
+    }
+}
+
+/// Particle numbers of one frame.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
+pub struct ParticleCounts {
+    /// In the sets that are drawn.
+    pub input: u64,
+    /// Left after culling and thinning.
+    pub kept: u64,
+    /// Chunks looked at.
+    pub chunks: u64,
+    /// Chunks outside the view.
+    pub chunks_culled: u64,
+}
+
+/// Everything a picture says about itself.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct FrameReport {
+    /// Index in the series.
+    pub frame: usize,
+    /// Simulation time.
+    pub time: Option<f64>,
+    /// Particle numbers.
+    pub particles: ParticleCounts,
+    /// Cost per stage, in the order run.
+    pub stages: Vec<StageCost>,
+    /// Ways in which the picture is not what was asked.
+    pub flaws: Flaws,
+}

@@ -1,0 +1,1 @@
+//! GPU base: adapter, typed buffers, pass recorder, shader imports.

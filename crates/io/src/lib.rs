@@ -1,0 +1,1 @@
+//! Readers for VTK particle files and their series.

@@ -1,0 +1,1 @@
+//! Continuous level of detail: chunks, culling, kept ranges.

@@ -1,0 +1,1 @@
+//! The one crate that knows all stages: frame loop, presets, report.

@@ -1,0 +1,1 @@
+//! Future frames, loaded ahead as far as free memory allows.

@@ -1,0 +1,1 @@
+//! What surrounds the water: floor, walls, materials, cameras.

@@ -1,0 +1,1 @@
+//! Lighting models, environment, opaque scene pass.

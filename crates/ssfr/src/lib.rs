@@ -1,0 +1,1 @@
+//! Screen-space surface: splats, filters, normals.

@@ -1,0 +1,1 @@
+//! End-to-end cases, expected images and the image-comparison kit.
