@@ -1,1 +1,31 @@
-//! GPU base: adapter, typed buffers, pass recorder, shader imports.
+//! GPU base of meniscus: choosing an adapter, typed buffers and images, the pass recorder, shader imports with layout
+//! checks, and readback. Stages build on this crate and never touch an encoder or open a pass themselves.
+//!
+//! A resource carries its [`Role`] in its type, so that wiring a distance into a thickness slot does not compile. A pass
+//! is recorded by [`Recorder::compute`] or [`Recorder::raster`] only; both take a name and time themselves.
+
+mod adapter;
+mod camera;
+mod device;
+mod error;
+mod layout;
+mod pipeline;
+mod readback;
+mod recorder;
+mod resource;
+pub mod role;
+mod shader;
+
+pub use adapter::{AdapterChoice, AdapterSummary, INSTALL_HINT, list_adapters};
+pub use camera::CameraUniform;
+pub use device::{Gpu, GpuMemory};
+pub use error::GpuError;
+pub use layout::{HostField, HostStruct};
+pub use pipeline::{ComputePipeline, ComputePipelineDescriptor, RasterPipeline, RasterPipelineDescriptor};
+pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing};
+pub use resource::{Buffer, Image, Texture};
+pub use role::{Role, TextureRole};
+pub use shader::{COMMON, Definition, Shader, compose};
+
+/// Re-exported so that stages agree on one version.
+pub use wgpu;

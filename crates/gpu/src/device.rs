@@ -1,0 +1,209 @@
+use std::fs;
+use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
+
+use meniscus_core::Flaw;
+
+use crate::adapter::{self, AdapterChoice, AdapterSummary};
+use crate::pipeline::ComputePipelineDescriptor;
+use crate::recorder::BindCache;
+use crate::{ComputePipeline, GpuError, shader};
+
+/// Bytes of GPU memory that live resources of this crate hold, and the largest sum so far.
+#[derive(Debug, Default)]
+pub struct GpuMemory {
+    current: AtomicU64,
+    peak: AtomicU64,
+}
+
+impl GpuMemory {
+    pub(crate) fn add(&self, bytes: u64) {
+        let now = self.current.fetch_add(bytes, Ordering::Relaxed) + bytes;
+        self.peak.fetch_max(now, Ordering::Relaxed);
+    }
+
+    pub(crate) fn remove(&self, bytes: u64) {
+        self.current.fetch_sub(bytes, Ordering::Relaxed);
+    }
+
+    /// Bytes held now.
+    pub fn current(&self) -> u64 {
+        self.current.load(Ordering::Relaxed)
+    }
+
+    /// Largest sum so far.
+    pub fn peak(&self) -> u64 {
+        self.peak.load(Ordering::Relaxed)
+    }
+}
+
+/// The device that draws, with what every stage needs of it. One per process is enough; not cloned.
+pub struct Gpu {
+    pub(crate) device: wgpu::Device,
+    pub(crate) queue: wgpu::Queue,
+    summary: AdapterSummary,
+    flaw: Option<Flaw>,
+    limits: wgpu::Limits,
+    features: wgpu::Features,
+    pub(crate) memory: Arc<GpuMemory>,
+    pub(crate) bind_cache: BindCache,
+    pub(crate) fill: ComputePipeline,
+    driver_error: Arc<Mutex<Option<String>>>,
+    cache: Option<(wgpu::PipelineCache, PathBuf)>,
+}
+
+impl Gpu {
+    /// Opens the adapter that `choice` names, with all its limits and the optional features that stages know to use.
+    ///
+    /// # Errors
+    /// No adapter, none that fits `choice`, or one that lacks what every stage needs.
+    pub fn new(choice: &AdapterChoice) -> Result<Self, GpuError> {
+        let instance = adapter::instance();
+        let (adapter, flaw) = adapter::choose(&instance, choice)?;
+        let info = adapter.get_info();
+        let summary = AdapterSummary::of(&info);
+        let limits = adapter.limits();
+        // Eight storage buffers is WebGPU's guaranteed minimum and what our widest pass binds.
+        for (name, found, needed) in [
+            ("max_storage_buffers_per_shader_stage", limits.max_storage_buffers_per_shader_stage, 8),
+            ("max_compute_invocations_per_workgroup", limits.max_compute_invocations_per_workgroup, 256),
+        ] {
+            if found < needed {
+                let adapter = summary.name.clone();
+                return Err(GpuError::Limit { adapter, name, found: found.into(), needed: needed.into() });
+            }
+        }
+        let wanted = wgpu::Features::TIMESTAMP_QUERY
+            | wgpu::Features::PIPELINE_CACHE
+            | wgpu::Features::FLOAT32_FILTERABLE;
+        let features = adapter.features() & wanted;
+        let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
+            label: Some("meniscus"),
+            required_features: features,
+            required_limits: limits.clone(),
+            ..Default::default()
+        }))
+        .map_err(|e| GpuError::Device { adapter: summary.name.clone(), message: e.to_string() })?;
+
+        let driver_error = Arc::new(Mutex::new(None));
+        let sink = Arc::clone(&driver_error);
+        device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
+            tracing::error!("{error}");
+            sink.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error.to_string());
+        }));
+
+        let cache =
+            features.contains(wgpu::Features::PIPELINE_CACHE).then(|| open_cache(&device, &info)).flatten();
+        let fill_descriptor = ComputePipelineDescriptor::new(shader!("gpu/fill"));
+        let fill = ComputePipeline::create(&device, cache.as_ref().map(|c| &c.0), &fill_descriptor)?;
+        Ok(Self {
+            device,
+            queue,
+            summary,
+            flaw,
+            limits,
+            features,
+            memory: Arc::default(),
+            bind_cache: BindCache::default(),
+            fill,
+            driver_error,
+            cache,
+        })
+    }
+
+    /// Compiles a compute pass.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] when the shader does not compose or validate.
+    pub fn compute_pipeline(
+        &self,
+        descriptor: &ComputePipelineDescriptor,
+    ) -> Result<ComputePipeline, GpuError> {
+        ComputePipeline::create(&self.device, self.pipeline_cache(), descriptor)
+    }
+
+    pub(crate) fn pipeline_cache(&self) -> Option<&wgpu::PipelineCache> {
+        self.cache.as_ref().map(|(cache, _)| cache)
+    }
+
+    /// Adapter and driver in words.
+    pub fn summary(&self) -> &AdapterSummary {
+        &self.summary
+    }
+
+    /// What is wrong with the choice of adapter, if anything.
+    pub fn flaw(&self) -> Option<&Flaw> {
+        self.flaw.as_ref()
+    }
+
+    /// The device's limits (the adapter's own, all requested).
+    pub fn limits(&self) -> &wgpu::Limits {
+        &self.limits
+    }
+
+    /// The optional features that are on.
+    pub fn features(&self) -> wgpu::Features {
+        self.features
+    }
+
+    /// Memory held by live buffers, images and textures.
+    pub fn memory(&self) -> &GpuMemory {
+        &self.memory
+    }
+
+    /// Most elements of `T` that one storage binding may hold: the page size of particle data.
+    pub fn page_elements<T>(&self) -> usize {
+        (self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size) as usize)
+            / size_of::<T>()
+    }
+
+    /// Waits until everything submitted has run.
+    ///
+    /// # Errors
+    /// [`GpuError::Driver`] with the first error the driver reported since the last call.
+    pub fn wait(&self) -> Result<(), GpuError> {
+        self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Driver(e.to_string()))?;
+        self.take_error()
+    }
+
+    pub(crate) fn take_error(&self) -> Result<(), GpuError> {
+        match self.driver_error.lock().unwrap_or_else(PoisonError::into_inner).take() {
+            Some(message) => Err(GpuError::Driver(message)),
+            None => Ok(()),
+        }
+    }
+}
+
+impl Drop for Gpu {
+    /// Keeps compiled pipelines for the next run; failing to is not worth a word.
+    fn drop(&mut self) {
+        let Some((cache, path)) = &self.cache else { return };
+        let Some(data) = cache.get_data() else { return };
+        if fs::metadata(path).is_ok_and(|m| m.len() == data.len() as u64) {
+            return;
+        }
+        let beside = path.with_extension(format!("tmp{}", std::process::id()));
+        if path.parent().is_some_and(|dir| fs::create_dir_all(dir).is_ok())
+            && fs::write(&beside, data).is_ok()
+        {
+            let _ = fs::rename(&beside, path);
+        }
+    }
+}
+
+fn open_cache(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Option<(wgpu::PipelineCache, PathBuf)> {
+    let key = wgpu::util::pipeline_cache_key(info)?;
+    let path = directories::ProjectDirs::from("", "", "meniscus")?.cache_dir().join(key);
+    let data = fs::read(&path).ok();
+    // SAFETY: the file was written by `get_data` under the key of this adapter and driver; with `fallback`, a driver that
+    // does not like it starts empty.
+    let cache = unsafe {
+        device.create_pipeline_cache(&wgpu::PipelineCacheDescriptor {
+            label: None,
+            data: data.as_deref(),
+            fallback: true,
+        })
+    };
+    Some((cache, path))
+}

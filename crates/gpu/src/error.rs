@@ -1,0 +1,70 @@
+use crate::INSTALL_HINT;
+
+/// What can go wrong with the GPU.
+#[derive(Clone, Debug, thiserror::Error)]
+pub enum GpuError {
+    /// No Vulkan driver at all.
+    #[error("no Vulkan adapter was found, neither a GPU nor a software driver. {INSTALL_HINT}")]
+    NoAdapter,
+    /// `--adapter` matches nothing.
+    #[error(
+        "no adapter matches `{wanted}`; there are: {available}. `--list-adapters` shows them with their drivers"
+    )]
+    NoSuchAdapter {
+        /// What was asked for.
+        wanted: String,
+        /// Names and indices found.
+        available: String,
+    },
+    /// `--require-gpu`, but only software.
+    #[error("--require-gpu: only software adapters were found ({available}). {advice}")]
+    OnlySoftware {
+        /// Names found.
+        available: String,
+        /// What to do.
+        advice: String,
+    },
+    /// The adapter lacks a limit or feature we cannot do without.
+    #[error(
+        "adapter `{adapter}` has {name} = {found}, meniscus needs {needed}; choose another with --adapter"
+    )]
+    Limit {
+        /// Adapter name.
+        adapter: String,
+        /// Limit or feature.
+        name: &'static str,
+        /// What the adapter has.
+        found: u64,
+        /// What is needed.
+        needed: u64,
+    },
+    /// The driver refused the device.
+    #[error("adapter `{adapter}` did not give a device: {message}")]
+    Device {
+        /// Adapter name.
+        adapter: String,
+        /// The driver's words.
+        message: String,
+    },
+    /// A shader does not compose or validate.
+    #[error("shader {shader}: {message}")]
+    Shader {
+        /// `stage/pass`.
+        shader: String,
+        /// What the compiler said, with the place.
+        message: String,
+    },
+    /// A resource is larger than the device allows or than its memory holds.
+    #[error("{what} needs {bytes} bytes, the device allows {limit}; use a smaller --size or --lod")]
+    TooLarge {
+        /// Role of the resource.
+        what: String,
+        /// Bytes asked for.
+        bytes: u64,
+        /// The device's limit.
+        limit: u64,
+    },
+    /// The driver reported an error while the frame ran.
+    #[error("the driver reported: {0}")]
+    Driver(String),
+}

@@ -1,0 +1,224 @@
+//! Pipelines whose bindings and workgroup sizes come from the shader itself.
+
+use std::sync::atomic::{AtomicU64, Ordering};
+
+use crate::{Definition, Gpu, GpuError, Shader, TextureRole, shader};
+
+/// Slot of a named binding.
+#[derive(Clone, Debug)]
+pub(crate) struct Slot {
+    pub(crate) name: String,
+    pub(crate) index: u32,
+}
+
+/// Bind group layout of group 0 as reflected from a shader.
+#[derive(Debug)]
+pub(crate) struct Bindings {
+    pub(crate) id: u64,
+    pub(crate) slots: Vec<Slot>,
+    pub(crate) layout: wgpu::BindGroupLayout,
+}
+
+/// What a compute pass is made of.
+#[derive(Clone, Debug)]
+pub struct ComputePipelineDescriptor<'a> {
+    /// The pass; its entry point is `main`.
+    pub shader: Shader,
+    /// What it imports besides the common includes, dependencies first.
+    pub includes: &'a [Shader],
+    /// Preprocessor constants.
+    pub definitions: &'a [Definition],
+}
+
+impl ComputePipelineDescriptor<'_> {
+    /// `shader` without further includes or definitions.
+    pub fn new(shader: Shader) -> Self {
+        Self { shader, includes: &[], definitions: &[] }
+    }
+}
+
+/// A compiled compute pass.
+#[derive(Debug)]
+pub struct ComputePipeline {
+    pub(crate) name: &'static str,
+    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) bindings: Bindings,
+    workgroup_size: [u32; 3],
+}
+
+impl ComputePipeline {
+    pub(crate) fn create(
+        device: &wgpu::Device,
+        cache: Option<&wgpu::PipelineCache>,
+        descriptor: &ComputePipelineDescriptor<'_>,
+    ) -> Result<Self, GpuError> {
+        let name = descriptor.shader.name;
+        let module = shader::compose(&descriptor.shader, descriptor.includes, descriptor.definitions)?;
+        let entry = module
+            .entry_points
+            .iter()
+            .find(|e| e.stage == naga::ShaderStage::Compute && e.name == "main")
+            .ok_or_else(|| GpuError::Shader {
+                shader: name.into(),
+                message: "has no compute entry point `main`".into(),
+            })?;
+        let workgroup_size = entry.workgroup_size;
+        let bindings = reflect(device, name, &module, wgpu::ShaderStages::COMPUTE)?;
+        let layout = pipeline_layout(device, name, &bindings);
+        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+            label: Some(name),
+            layout: Some(&layout),
+            module: &shader::module(device, &descriptor.shader, module),
+            entry_point: Some("main"),
+            compilation_options: Default::default(),
+            cache,
+        });
+        Ok(Self { name, pipeline, bindings, workgroup_size })
+    }
+
+    /// Workgroup size as written in the shader.
+    pub fn workgroup_size(&self) -> [u32; 3] {
+        self.workgroup_size
+    }
+}
+
+/// What a raster pass is made of: `vertex` and `fragment` entry points in one shader.
+pub struct RasterPipelineDescriptor<'a> {
+    /// The pass.
+    pub shader: Shader,
+    /// What it imports besides the common includes, dependencies first.
+    pub includes: &'a [Shader],
+    /// Preprocessor constants.
+    pub definitions: &'a [Definition],
+    /// Vertex buffer layouts.
+    pub vertex_buffers: &'a [wgpu::VertexBufferLayout<'a>],
+    /// Formats of the colour targets, in order (from [`TextureRole::FORMAT`]).
+    pub targets: &'a [wgpu::TextureFormat],
+    /// Whether a [`crate::role::SceneDepth`] attachment is tested and written, reversed z (greater wins).
+    pub depth: bool,
+}
+
+/// A compiled raster pass.
+#[derive(Debug)]
+pub struct RasterPipeline {
+    pub(crate) name: &'static str,
+    pub(crate) pipeline: wgpu::RenderPipeline,
+    pub(crate) bindings: Bindings,
+}
+
+impl Gpu {
+    /// Compiles a raster pass.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] when the shader does not compose or validate.
+    pub fn raster_pipeline(
+        &self,
+        descriptor: &RasterPipelineDescriptor<'_>,
+    ) -> Result<RasterPipeline, GpuError> {
+        let name = descriptor.shader.name;
+        let module = shader::compose(&descriptor.shader, descriptor.includes, descriptor.definitions)?;
+        let bindings = reflect(&self.device, name, &module, wgpu::ShaderStages::VERTEX_FRAGMENT)?;
+        let layout = pipeline_layout(&self.device, name, &bindings);
+        let module = shader::module(&self.device, &descriptor.shader, module);
+        let targets: Vec<_> = descriptor.targets.iter().map(|&format| Some(format.into())).collect();
+        let vertex_buffers: Vec<_> = descriptor.vertex_buffers.iter().cloned().map(Some).collect();
+        let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
+            label: Some(name),
+            layout: Some(&layout),
+            vertex: wgpu::VertexState {
+                module: &module,
+                entry_point: Some("vertex"),
+                compilation_options: Default::default(),
+                buffers: &vertex_buffers,
+            },
+            fragment: Some(wgpu::FragmentState {
+                module: &module,
+                entry_point: Some("fragment"),
+                compilation_options: Default::default(),
+                targets: &targets,
+            }),
+            primitive: wgpu::PrimitiveState::default(),
+            depth_stencil: descriptor.depth.then(|| wgpu::DepthStencilState {
+                format: crate::role::SceneDepth::FORMAT,
+                depth_write_enabled: Some(true),
+                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
+                stencil: Default::default(),
+                bias: Default::default(),
+            }),
+            multisample: Default::default(),
+            multiview_mask: None,
+            cache: self.pipeline_cache(),
+        });
+        Ok(RasterPipeline { name, pipeline, bindings })
+    }
+}
+
+fn pipeline_layout(device: &wgpu::Device, name: &str, bindings: &Bindings) -> wgpu::PipelineLayout {
+    device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
+        label: Some(name),
+        bind_group_layouts: &[Some(&bindings.layout)],
+        immediate_size: 0,
+    })
+}
+
+/// The bind group layout that the shader's global variables of group 0 declare.
+fn reflect(
+    device: &wgpu::Device,
+    shader: &'static str,
+    module: &naga::Module,
+    visibility: wgpu::ShaderStages,
+) -> Result<Bindings, GpuError> {
+    static NEXT_ID: AtomicU64 = AtomicU64::new(0);
+    let fail = |message: String| GpuError::Shader { shader: shader.to_owned(), message };
+    let mut slots = Vec::new();
+    let mut entries = Vec::new();
+    for (_, variable) in module.global_variables.iter() {
+        let Some(binding) = &variable.binding else { continue };
+        let name = variable.name.clone().unwrap_or_default();
+        if binding.group != 0 {
+            return Err(fail(format!(
+                "binding {name} is in group {}, meniscus passes use group 0 only",
+                binding.group
+            )));
+        }
+        let ty = match (&variable.space, &module.types[variable.ty].inner) {
+            (naga::AddressSpace::Uniform, _) => buffer_type(wgpu::BufferBindingType::Uniform),
+            (naga::AddressSpace::Storage { access }, _) => buffer_type(wgpu::BufferBindingType::Storage {
+                read_only: !access.contains(naga::StorageAccess::STORE),
+            }),
+            (_, naga::TypeInner::Image { dim, arrayed: false, class }) => wgpu::BindingType::Texture {
+                sample_type: match class {
+                    naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi: false } => {
+                        wgpu::TextureSampleType::Float { filterable: false }
+                    }
+                    naga::ImageClass::Depth { multi: false } => wgpu::TextureSampleType::Depth,
+                    other => {
+                        return Err(fail(format!("texture {name} is of the unsupported kind {other:?}")));
+                    }
+                },
+                view_dimension: match dim {
+                    naga::ImageDimension::D2 => wgpu::TextureViewDimension::D2,
+                    other => {
+                        return Err(fail(format!("texture {name} has the unsupported dimension {other:?}")));
+                    }
+                },
+                multisampled: false,
+            },
+            (space, inner) => {
+                return Err(fail(format!("binding {name} is of an unsupported kind: {space:?} {inner:?}")));
+            }
+        };
+        slots.push(Slot { name, index: binding.binding });
+        entries.push(wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None });
+    }
+    // Raster stages may not write storage from the vertex stage on every device; none of ours does.
+    let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
+        label: Some(shader),
+        entries: &entries,
+    });
+    Ok(Bindings { id: NEXT_ID.fetch_add(1, Ordering::Relaxed), slots, layout })
+}
+
+fn buffer_type(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
+    wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}

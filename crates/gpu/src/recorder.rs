@@ -1,0 +1,388 @@
+//! Records passes. There is no other way to run one, and it always has a name and a clock.
+
+use std::collections::HashMap;
+use std::num::NonZeroU64;
+use std::sync::{Mutex, PoisonError};
+use std::time::Instant;
+
+use meniscus_core::StageCost;
+use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
+
+use crate::pipeline::Bindings;
+use crate::{Buffer, ComputePipeline, Gpu, GpuError, RasterPipeline, Role};
+
+/// A resource in a binding slot.
+#[derive(Clone, Debug, PartialEq, Eq, Hash)]
+pub enum Binding {
+    /// Part of a uniform or storage buffer.
+    Buffer {
+        /// The buffer.
+        buffer: wgpu::Buffer,
+        /// First byte.
+        offset: u64,
+        /// Number of bytes; `None` = to the end.
+        size: Option<NonZeroU64>,
+    },
+    /// A texture that is read.
+    Texture(wgpu::TextureView),
+}
+
+impl Binding {
+    pub(crate) fn whole(buffer: &wgpu::Buffer) -> Self {
+        Self::Buffer { buffer: buffer.clone(), offset: 0, size: None }
+    }
+
+    fn resource(&self) -> wgpu::BindingResource<'_> {
+        match self {
+            Self::Buffer { buffer, offset, size } => {
+                wgpu::BindingResource::Buffer(wgpu::BufferBinding { buffer, offset: *offset, size: *size })
+            }
+            Self::Texture(view) => wgpu::BindingResource::TextureView(view),
+        }
+    }
+}
+
+/// Size of a compute dispatch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Dispatch {
+    /// One invocation per pixel of a `[width, height]` picture; the shader checks the border.
+    Pixels([u32; 2]),
+    /// This many workgroups of a one-dimensional pass, folded into rows where one dimension does not hold them: the
+    /// shader's index is `group.y * num_workgroups.x + group.x`, and it checks the end.
+    Groups(u64),
+}
+
+impl Dispatch {
+    fn groups(self, workgroup: [u32; 3], max: u32) -> [u32; 3] {
+        match self {
+            Self::Pixels(size) => [size[0].div_ceil(workgroup[0]), size[1].div_ceil(workgroup[1]), 1],
+            Self::Groups(count) => {
+                let x = count.min(u64::from(max)) as u32;
+                [x, if x == 0 { 0 } else { count.div_ceil(u64::from(x)) as u32 }, 1]
+            }
+        }
+    }
+}
+
+/// How passes are timed.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Timing {
+    /// Time stamps at pass boundaries, read after the frame; the frame runs as it does in production.
+    #[default]
+    Stamps,
+    /// Every pass is submitted and waited for on its own, with wall and CPU clocks beside the time stamps. Slower as a whole;
+    /// shows what each pass costs the machine, which is what matters on software drivers.
+    Isolated,
+}
+
+/// Bind groups of earlier frames, so that the steady state makes none.
+#[derive(Debug, Default)]
+pub(crate) struct BindCache(Mutex<HashMap<(u64, Vec<(u32, Binding)>), wgpu::BindGroup>>);
+
+impl BindCache {
+    /// Entries hold their resources alive; this many cover a frame several times over.
+    const CAPACITY: usize = 512;
+
+    fn get(
+        &self,
+        device: &wgpu::Device,
+        name: &str,
+        bindings: &Bindings,
+        given: &[(&str, Binding)],
+    ) -> wgpu::BindGroup {
+        assert_eq!(given.len(), bindings.slots.len(), "pass {name}: bindings given {:?}", names(given));
+        let slots: Vec<(u32, Binding)> = bindings
+            .slots
+            .iter()
+            .map(|slot| {
+                let (_, binding) = given.iter().find(|(given, _)| *given == slot.name).unwrap_or_else(|| {
+                    panic!("pass {name}: no binding {}, given {:?}", slot.name, names(given))
+                });
+                (slot.index, binding.clone())
+            })
+            .collect();
+        let key = (bindings.id, slots);
+        let mut cache = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        if let Some(group) = cache.get(&key) {
+            return group.clone();
+        }
+        let entries: Vec<_> = key
+            .1
+            .iter()
+            .map(|(index, binding)| wgpu::BindGroupEntry { binding: *index, resource: binding.resource() })
+            .collect();
+        let group = device.create_bind_group(&wgpu::BindGroupDescriptor {
+            label: Some(name),
+            layout: &bindings.layout,
+            entries: &entries,
+        });
+        if cache.len() >= Self::CAPACITY {
+            cache.clear();
+        }
+        cache.insert(key, group.clone());
+        group
+    }
+
+    /// Forgets all groups, and with them what keeps dropped resources alive.
+    pub(crate) fn clear(&self) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).clear();
+    }
+}
+
+fn names<'a>(given: &[(&'a str, Binding)]) -> Vec<&'a str> {
+    given.iter().map(|(name, _)| *name).collect()
+}
+
+/// Records the passes of a frame and keeps their clocks. Made once and reused: [`Recorder::submit`] ends a frame.
+pub struct Recorder {
+    encoder: Option<wgpu::CommandEncoder>,
+    profiler: Option<GpuProfiler>,
+    timing: Timing,
+    isolated: Vec<StageCost>,
+    uniforms: Vec<u8>,
+    uniform_buffer: wgpu::Buffer,
+}
+
+/// A frame that was handed to the GPU.
+#[derive(Debug)]
+#[must_use]
+pub struct Submitted(());
+
+/// Bytes of uniforms that one frame may use; a frame has some 50 passes with less than 512 bytes each.
+const UNIFORM_BYTES: u64 = 1 << 18;
+
+impl Recorder {
+    /// A recorder for `gpu`.
+    pub fn new(gpu: &Gpu, timing: Timing) -> Self {
+        let stamps = gpu.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let profiler =
+            stamps.then(|| GpuProfiler::new(&gpu.device, GpuProfilerSettings::default()).ok()).flatten();
+        let uniform_buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {
+            label: Some("uniforms"),
+            size: UNIFORM_BYTES,
+            usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
+            mapped_at_creation: false,
+        });
+        Self { encoder: None, profiler, timing, isolated: Vec::new(), uniforms: Vec::new(), uniform_buffer }
+    }
+
+    /// Changes how the following frames are timed.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.timing = timing;
+    }
+
+    /// A uniform for one pass of this frame.
+    pub fn uniform<T: bytemuck::Pod>(&mut self, value: &T) -> Binding {
+        // 256 is the largest alignment that WebGPU lets a device ask for.
+        let offset = self.uniforms.len().next_multiple_of(256);
+        let size = size_of::<T>().next_multiple_of(16);
+        assert!(
+            (offset + size) as u64 <= UNIFORM_BYTES,
+            "a frame used more than {UNIFORM_BYTES} bytes of uniforms; the recorder was not submitted"
+        );
+        self.uniforms.resize(offset, 0);
+        self.uniforms.extend_from_slice(bytemuck::bytes_of(value));
+        self.uniforms.resize(offset + size, 0);
+        Binding::Buffer {
+            buffer: self.uniform_buffer.clone(),
+            offset: offset as u64,
+            size: NonZeroU64::new(size as u64),
+        }
+    }
+
+    /// Runs `pipeline` over `dispatch`, timed as `name` (`stage.pass`); passes of one name are summed. `bindings` gives a
+    /// resource for every variable that the shader declares, by name.
+    ///
+    /// # Panics
+    /// If a binding is missing or superfluous: a mistake in the stage, not in any input.
+    pub fn compute(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        pipeline: &ComputePipeline,
+        bindings: &[(&str, Binding)],
+        dispatch: Dispatch,
+    ) {
+        let groups =
+            dispatch.groups(pipeline.workgroup_size(), gpu.limits().max_compute_workgroups_per_dimension);
+        if groups.contains(&0) {
+            return;
+        }
+        let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, bindings);
+        self.timed(gpu, name, |encoder, query| {
+            let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
+                label: Some(name),
+                timestamp_writes: query.and_then(|q| q.compute_pass_timestamp_writes()),
+            });
+            pass.set_pipeline(&pipeline.pipeline);
+            pass.set_bind_group(0, &bind_group, &[]);
+            pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
+        });
+    }
+
+    /// Runs a raster pass, timed as `name`, into `targets` and `depth` (both with their clear value; depth is reversed, 0 =
+    /// far). `draw` issues the draw calls; pipeline and bindings are set.
+    ///
+    /// # Panics
+    /// As [`Self::compute`].
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "a raster pass is all of these, and a struct would only rename them"
+    )]
+    pub fn raster(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        pipeline: &RasterPipeline,
+        bindings: &[(&str, Binding)],
+        targets: &[(&wgpu::TextureView, wgpu::Color)],
+        depth: Option<&wgpu::TextureView>,
+        draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
+    ) {
+        let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, bindings);
+        let attachments: Vec<_> = targets
+            .iter()
+            .map(|(view, clear)| {
+                Some(wgpu::RenderPassColorAttachment {
+                    view,
+                    depth_slice: None,
+                    resolve_target: None,
+                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(*clear), store: wgpu::StoreOp::Store },
+                })
+            })
+            .collect();
+        self.timed(gpu, name, |encoder, query| {
+            let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(name),
+                color_attachments: &attachments,
+                depth_stencil_attachment: depth.map(|view| wgpu::RenderPassDepthStencilAttachment {
+                    view,
+                    depth_ops: Some(wgpu::Operations {
+                        load: wgpu::LoadOp::Clear(0.0),
+                        store: wgpu::StoreOp::Store,
+                    }),
+                    stencil_ops: None,
+                }),
+                timestamp_writes: query.and_then(|q| q.render_pass_timestamp_writes()),
+                ..Default::default()
+            });
+            pass.set_pipeline(&pipeline.pipeline);
+            pass.set_bind_group(0, &bind_group, &[]);
+            draw(&mut pass);
+        });
+    }
+
+    /// Sets the first `count` elements of `buffer` to the role's empty value, timed as `name`.
+    pub fn clear<R: Role>(&mut self, gpu: &Gpu, name: &str, buffer: &Buffer<R>, count: usize)
+    where
+        R::Element: bytemuck::Pod,
+    {
+        let empty = R::EMPTY;
+        let bytes = bytemuck::bytes_of(&empty);
+        let mut words = bytes.chunks_exact(4).map(|c| u32::from_le_bytes([c[0], c[1], c[2], c[3]]));
+        let value = words.next().unwrap_or(0);
+        assert!(words.all(|w| w == value), "{} is not cleared word by word", R::NAME);
+        let count = (count * size_of::<R::Element>() / 4) as u32;
+        let fill = self.uniform(&[value, count]);
+        let groups = Dispatch::Groups(u64::from(count).div_ceil(256));
+        self.compute(gpu, name, &gpu.fill, &[("fill", fill), ("words", buffer.bind())], groups);
+    }
+
+    fn timed(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        record: impl FnOnce(&mut wgpu::CommandEncoder, Option<&wgpu_profiler::GpuProfilerQuery>),
+    ) {
+        let mut encoder =
+            self.encoder.take().unwrap_or_else(|| gpu.device.create_command_encoder(&Default::default()));
+        let query = self.profiler.as_ref().map(|p| p.begin_pass_query(name, &mut encoder));
+        record(&mut encoder, query.as_ref());
+        if let (Some(profiler), Some(query)) = (&self.profiler, query) {
+            profiler.end_query(&mut encoder, query);
+        }
+        self.encoder = Some(encoder);
+        if self.timing == Timing::Isolated {
+            self.run_isolated(gpu, name);
+        }
+    }
+
+    /// Submits what is recorded, waits, and notes the clocks.
+    fn run_isolated(&mut self, gpu: &Gpu, name: &str) {
+        let (wall, cpu) = (Instant::now(), process_cpu_ms());
+        self.flush(gpu);
+        // An error is kept by the device and comes out of `submit`.
+        let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        let wall_ms = wall.elapsed().as_secs_f64() * 1e3;
+        let cpu_ms = process_cpu_ms() - cpu;
+        add_cost(&mut self.isolated, name, |cost| {
+            *cost.wall_ms.get_or_insert(0.0) += wall_ms;
+            *cost.cpu_ms.get_or_insert(0.0) += cpu_ms;
+        });
+    }
+
+    fn flush(&mut self, gpu: &Gpu) {
+        if let Some(encoder) = self.encoder.take() {
+            gpu.queue.write_buffer(&self.uniform_buffer, 0, &self.uniforms);
+            gpu.queue.submit([encoder.finish()]);
+        }
+    }
+
+    /// Hands the frame to the GPU without waiting for it.
+    ///
+    /// # Errors
+    /// [`GpuError::Driver`] with the first error that the driver reported.
+    pub fn submit(&mut self, gpu: &Gpu) -> Result<Submitted, GpuError> {
+        if let Some(profiler) = &mut self.profiler {
+            let mut encoder =
+                self.encoder.take().unwrap_or_else(|| gpu.device.create_command_encoder(&Default::default()));
+            profiler.resolve_queries(&mut encoder);
+            self.encoder = Some(encoder);
+            self.flush(gpu);
+            profiler_end(self.profiler.as_mut());
+        } else {
+            self.flush(gpu);
+        }
+        self.uniforms.clear();
+        gpu.take_error()?;
+        Ok(Submitted(()))
+    }
+
+    /// Cost of the oldest frame whose time stamps have arrived, one entry per pass name in the order run; empty when none
+    /// has. Never waits.
+    pub fn take_costs(&mut self, gpu: &Gpu) -> Vec<StageCost> {
+        let mut costs = std::mem::take(&mut self.isolated);
+        let period = gpu.queue.get_timestamp_period();
+        if let Some(results) = self.profiler.as_mut().and_then(|p| p.process_finished_frame(period)) {
+            for GpuTimerQueryResult { label, time, .. } in results {
+                let Some(time) = time else { continue };
+                // A wrapped counter gives a negative or absurd range (examples-to-follow.md 9.7): no figure beats a wrong one.
+                let ms = (time.end - time.start) * 1e3;
+                if (0.0..1e6).contains(&ms) {
+                    add_cost(&mut costs, &label, |cost| *cost.gpu_ms.get_or_insert(0.0) += ms);
+                }
+            }
+        }
+        costs
+    }
+}
+
+fn profiler_end(profiler: Option<&mut GpuProfiler>) {
+    if let Some(Err(error)) = profiler.map(GpuProfiler::end_frame) {
+        tracing::warn!("time stamps of this frame are lost: {error}");
+    }
+}
+
+fn add_cost(costs: &mut Vec<StageCost>, name: &str, add: impl FnOnce(&mut StageCost)) {
+    let index = costs.iter().position(|c| c.name == name).unwrap_or_else(|| {
+        costs.push(StageCost { name: name.to_owned(), ..Default::default() });
+        costs.len() - 1
+    });
+    add(&mut costs[index]);
+}
+
+/// User + system milliseconds of this process so far.
+fn process_cpu_ms() -> f64 {
+    let t = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
+    t.tv_sec as f64 * 1e3 + t.tv_nsec as f64 / 1e6
+}

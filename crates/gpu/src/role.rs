@@ -1,0 +1,144 @@
+//! What a GPU resource means: element, space, unit, the value for "nothing here" and the valid range. Stages take and
+//! return roles.
+
+use bytemuck::{Pod, Zeroable};
+
+/// Meaning of a storage buffer's or storage image's elements.
+pub trait Role: 'static {
+    /// Element type as stored.
+    type Element: Pod;
+    /// Name in messages and debug labels.
+    const NAME: &'static str;
+    /// Space and unit of an element.
+    const UNIT: &'static str;
+    /// Value that means "nothing here".
+    const EMPTY: Self::Element;
+}
+
+/// Meaning of a texture's texels.
+pub trait TextureRole: 'static {
+    /// Texel format.
+    const FORMAT: wgpu::TextureFormat;
+    /// Name in messages and debug labels.
+    const NAME: &'static str;
+    /// Space and unit of a texel.
+    const UNIT: &'static str;
+}
+
+/// Distance that means "no surface": a large finite number, because WGSL may assume that infinities do not occur.
+pub const NO_SURFACE: f32 = f32::MAX;
+
+macro_rules! roles {
+    ($($(#[$doc:meta])* $name:ident: $element:ty, unit $unit:literal, empty $empty:expr;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub enum $name {}
+        impl Role for $name {
+            type Element = $element;
+            const NAME: &'static str = stringify!($name);
+            const UNIT: &'static str = $unit;
+            const EMPTY: Self::Element = $empty;
+        }
+    )*};
+}
+
+roles! {
+    /// One page of particles in chunk order.
+    Particles: PackedParticle, unit "world", empty PackedParticle { position_world: [0.0; 3], packed: 0 };
+    /// Which particles of a page are kept, chunk prefix by chunk prefix, nearest chunk first.
+    KeptRanges: KeptRange, unit "particles", empty KeptRange { first: 0, count: 0, keep: 0, flags: 0 };
+    /// One attribute value per particle of a page, in the page's order.
+    AttributeValues: f32, unit "the attribute's own", empty 0.0;
+    /// Distance of the nearest surface along the view axis; (0, MAX), MAX = no surface.
+    EyeDistance: f32, unit "world units along the view axis", empty NO_SURFACE;
+    /// Drawn radius of the particle that is visible in a pixel; 0 = none.
+    EffectiveRadius: f32, unit "world units", empty 0.0;
+    /// Length of fluid along the view ray up to the opaque scene; [0, inf).
+    Thickness: f32, unit "world units along the ray", empty 0.0;
+    /// Unit normal in view space, octahedral in two snorm16; bits 0 = straight at the viewer.
+    ViewNormal: u32, unit "view space, octahedral 2 x snorm16", empty 0;
+    /// Linear radiance, Rec. 709 primaries, alpha = coverage.
+    Radiance: [f32; 4], unit "linear, relative", empty [0.0; 4];
+    /// Display image, sRGB transfer, 8 bits per channel, red in the lowest byte.
+    DisplayImage: u32, unit "sRGB rgba8", empty 0;
+    /// Raw numbers private to one pass chain.
+    Scratch: u32, unit "private", empty 0;
+}
+
+macro_rules! texture_roles {
+    ($($(#[$doc:meta])* $name:ident: $format:ident, unit $unit:literal;)*) => {$(
+        $(#[$doc])*
+        #[derive(Clone, Copy, Debug)]
+        pub enum $name {}
+        impl TextureRole for $name {
+            const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::$format;
+            const NAME: &'static str = stringify!($name);
+            const UNIT: &'static str = $unit;
+        }
+    )*};
+}
+
+texture_roles! {
+    /// Lit opaque scene.
+    SceneColor: Rgba16Float, unit "linear radiance, Rec. 709";
+    /// Distance of the opaque scene along the view axis; MAX = sky.
+    SceneDistance: R32Float, unit "world units along the view axis";
+    /// Depth attachment of the opaque scene, reversed z.
+    SceneDepth: Depth32Float, unit "reversed clip z";
+}
+
+/// A particle as the GPU reads it: 16 bytes, one aligned load.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct PackedParticle {
+    /// Centre, world space.
+    pub position_world: [f32; 3],
+    /// Low 16 bits: hash of the particle's identity, which orders it within its chunk. High 16 bits: its radius relative
+    /// to the set's radius, as an IEEE half.
+    pub packed: u32,
+}
+
+impl PackedParticle {
+    /// Half-precision bits of 1.0: the radius of the set.
+    pub const UNIT_RADIUS_BITS: u32 = 0x3C00;
+
+    /// A particle with the set's own radius.
+    pub fn new(position_world: [f32; 3], hash: u16) -> Self {
+        Self { position_world, packed: Self::UNIT_RADIUS_BITS << 16 | u32::from(hash) }
+    }
+
+    /// The 16-bit identity hash.
+    pub fn hash(&self) -> u16 {
+        self.packed as u16
+    }
+}
+
+/// A run of particles within one page that is drawn with one keep probability.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Pod, Zeroable)]
+pub struct KeptRange {
+    /// Index of the first particle in the page.
+    pub first: u32,
+    /// Number of particles kept.
+    pub count: u32,
+    /// Keep probability in 1/65536: 1..=65536, where 65536 keeps all and switches fading off.
+    pub keep: u32,
+    /// Reserved, 0.
+    pub flags: u32,
+}
+
+impl KeptRange {
+    /// `keep` of a range in which every particle is drawn.
+    pub const KEEP_ALL: u32 = 65536;
+}
+
+impl crate::HostStruct for PackedParticle {
+    const WGSL_NAME: &'static str = "PackedParticle";
+    const FIELDS: &'static [crate::HostField] =
+        crate::host_fields!(PackedParticle { position_world, packed });
+}
+
+impl crate::HostStruct for KeptRange {
+    const WGSL_NAME: &'static str = "KeptRange";
+    const FIELDS: &'static [crate::HostField] = crate::host_fields!(KeptRange { first, count, keep, flags });
+}

@@ -1,0 +1,161 @@
+//! WGSL with imports: one pass, one file, one name. Files ending in `.inc.wgsl` are includes; they start with
+//! `#define_import_path` and are imported by name.
+
+use std::borrow::Cow;
+use std::collections::HashMap;
+
+use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
+
+use crate::GpuError;
+
+/// A WGSL source and its name, `stage/pass`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shader {
+    /// `stage/pass`, the path under `shaders/` without the ending.
+    pub name: &'static str,
+    /// The text.
+    pub source: &'static str,
+}
+
+/// `shader!("ssfr/depth")`: the file `shaders/ssfr/depth.wgsl` of this workspace; `shader!(include "common/camera")` the
+/// file `shaders/common/camera.inc.wgsl`. For use in crates of `crates/`.
+#[macro_export]
+macro_rules! shader {
+    (include $name:literal) => {
+        $crate::Shader {
+            name: $name,
+            source: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders/", $name, ".inc.wgsl")),
+        }
+    };
+    ($name:literal) => {
+        $crate::Shader {
+            name: $name,
+            source: include_str!(concat!(env!("CARGO_MANIFEST_DIR"), "/../../shaders/", $name, ".wgsl")),
+        }
+    };
+}
+
+/// Includes that every shader may import: `meniscus::camera`, `meniscus::surface`, `meniscus::particle`.
+pub const COMMON: &[Shader] = &[
+    shader!(include "common/camera"),
+    shader!(include "common/surface"),
+    shader!(include "common/particle"),
+];
+
+/// A preprocessor constant: `#ifdef NAME`, `#{NAME}`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Definition {
+    /// Name as in the shader.
+    pub name: &'static str,
+    /// Value; integers can be inserted with `#{NAME}`.
+    pub value: u32,
+}
+
+/// Resolves the imports of `shader` against `includes` (each listed after what it imports itself; [`COMMON`] is always
+/// there) and validates the result.
+///
+/// # Errors
+/// [`GpuError::Shader`] with the compiler's message and place.
+pub fn compose(
+    shader: &Shader,
+    includes: &[Shader],
+    definitions: &[Definition],
+) -> Result<naga::Module, GpuError> {
+    let shader_defs: HashMap<String, ShaderDefValue> =
+        definitions.iter().map(|d| (d.name.to_owned(), ShaderDefValue::UInt(d.value))).collect();
+    let mut composer = Composer::default().with_capabilities(naga::valid::Capabilities::default());
+    let common = COMMON.iter().filter(|c| !includes.contains(c));
+    for include in common.chain(includes) {
+        let added = composer.add_composable_module(ComposableModuleDescriptor {
+            source: include.source,
+            file_path: include.name,
+            shader_defs: shader_defs.clone(),
+            ..Default::default()
+        });
+        if let Err(error) = added.map(|_| ()) {
+            return Err(failure(include.name, error.emit_to_string(&composer)));
+        }
+    }
+    let module = composer
+        .make_naga_module(NagaModuleDescriptor {
+            source: shader.source,
+            file_path: shader.name,
+            shader_defs,
+            ..Default::default()
+        })
+        .map_err(|e| failure(shader.name, e.emit_to_string(&composer)))?;
+    let mut validator = naga::valid::Validator::new(
+        naga::valid::ValidationFlags::all(),
+        naga::valid::Capabilities::default(),
+    );
+    validator.validate(&module).map_err(|e| failure(shader.name, format!("{:?}", e.into_inner())))?;
+    Ok(module)
+}
+
+fn failure(shader: &str, message: String) -> GpuError {
+    GpuError::Shader { shader: shader.to_owned(), message }
+}
+
+pub(crate) fn module(device: &wgpu::Device, shader: &Shader, module: naga::Module) -> wgpu::ShaderModule {
+    device.create_shader_module(wgpu::ShaderModuleDescriptor {
+        label: Some(shader.name),
+        source: wgpu::ShaderSource::Naga(Cow::Owned(module)),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::path::{Path, PathBuf};
+
+    fn wgsl_files(folder: &Path) -> Vec<PathBuf> {
+        let mut found = Vec::new();
+        for entry in std::fs::read_dir(folder).unwrap() {
+            let path = entry.unwrap().path();
+            if path.is_dir() {
+                found.extend(wgsl_files(&path));
+            } else if path.extension().is_some_and(|e| e == "wgsl") {
+                found.push(path);
+            }
+        }
+        found.sort();
+        found
+    }
+
+    /// Every file under `shaders/` composes and validates; all failures in one report.
+    #[test]
+    fn every_entry_point_validates() {
+        let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shaders");
+        let leak = |s: String| -> &'static str { Box::leak(s.into_boxed_str()) };
+        let load = |path: &PathBuf| Shader {
+            name: leak(path.strip_prefix(&root).unwrap().to_string_lossy().into_owned()),
+            source: leak(std::fs::read_to_string(path).unwrap()),
+        };
+        let (includes, passes): (Vec<_>, Vec<_>) =
+            wgsl_files(&root).iter().map(load).partition(|s| s.name.ends_with(".inc.wgsl"));
+        // Those of `common` are always there; the others are added in order of name, so an include may import earlier ones.
+        let includes: Vec<_> = includes.into_iter().filter(|s| !s.name.starts_with("common/")).collect();
+        assert!(!passes.is_empty());
+        let failures: Vec<String> = passes
+            .iter()
+            .filter_map(|pass| compose(pass, &includes, &[]).err())
+            .map(|e| e.to_string())
+            .collect();
+        assert!(failures.is_empty(), "{}", failures.join("\n\n"));
+    }
+
+    #[test]
+    fn a_broken_shader_is_reported_with_its_name_and_place() {
+        let broken = Shader {
+            name: "test/broken",
+            source: "@compute @workgroup_size(1) fn main() { let x: u32 = 1.5; }",
+        };
+        let error = compose(&broken, &[], &[]).unwrap_err().to_string();
+        assert!(error.contains("test/broken"), "{error}");
+        let missing = Shader {
+            name: "test/missing",
+            source: "#import meniscus::nothing::f\n@compute @workgroup_size(1) fn main() { f(); }",
+        };
+        assert!(compose(&missing, &[], &[]).unwrap_err().to_string().contains("nothing"));
+    }
+}

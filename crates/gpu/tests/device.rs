@@ -1,0 +1,96 @@
+//! Against a real device: a missing adapter is a failure, not a skip.
+
+use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Scratch};
+use meniscus_gpu::{
+    AdapterChoice, Buffer, ComputePipelineDescriptor, Dispatch, Gpu, GpuError, Image, Recorder, Shader,
+    Timing,
+};
+
+fn gpu() -> Gpu {
+    Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
+}
+
+const DOUBLE: Shader = Shader {
+    name: "test/double",
+    source: "@group(0) @binding(0) var<uniform> factor: vec4<u32>;\n\
+        @group(0) @binding(1) var<storage, read> source: array<u32>;\n\
+        @group(0) @binding(2) var<storage, read_write> doubled: array<u32>;\n\
+        @compute @workgroup_size(64)\n\
+        fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {\n\
+          let i = (group.y * groups.x + group.x) * 64u + lane;\n\
+          if i < arrayLength(&source) { doubled[i] = source[i] * factor.x; }\n}",
+};
+
+#[test]
+fn a_pass_runs_is_named_and_timed() {
+    let gpu = gpu();
+    let pipeline = gpu.compute_pipeline(&ComputePipelineDescriptor::new(DOUBLE)).unwrap();
+    assert_eq!(pipeline.workgroup_size(), [64, 1, 1]);
+    // More groups than one dimension holds, so that folding is exercised: 65536 * 64 elements and a rest.
+    let input: Vec<u32> = (0..65_536 * 64 + 17).collect();
+    let source = Buffer::<Scratch>::from_slice(&gpu, &input).unwrap();
+    let target = Buffer::<Scratch>::from_slice(&gpu, &vec![0; input.len()]).unwrap();
+    for timing in [Timing::Stamps, Timing::Isolated] {
+        let mut recorder = Recorder::new(&gpu, timing);
+        let factor = recorder.uniform(&[3u32, 0, 0, 0]);
+        let bindings = [("doubled", target.bind()), ("source", source.bind()), ("factor", factor)];
+        recorder.compute(
+            &gpu,
+            "test.double",
+            &pipeline,
+            &bindings,
+            Dispatch::Groups(input.len().div_ceil(64) as u64),
+        );
+        let _ = recorder.submit(&gpu).unwrap();
+        gpu.wait().unwrap();
+        let costs = recorder.take_costs(&gpu);
+        assert_eq!(costs.len(), 1, "{costs:?}");
+        assert_eq!(costs[0].name, "test.double");
+        assert_eq!(costs[0].wall_ms.is_some(), timing == Timing::Isolated);
+    }
+    let output = target.read(&gpu).unwrap();
+    assert!(output.iter().zip(&input).all(|(o, i)| *o == i * 3));
+}
+
+#[test]
+fn an_image_is_cleared_to_the_empty_value_of_its_role() {
+    let gpu = gpu();
+    let image = Image::<EyeDistance>::new(&gpu, [33, 7]).unwrap();
+    let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+    recorder.clear(&gpu, "test.clear", image.buffer(), 33 * 7);
+    let _ = recorder.submit(&gpu).unwrap();
+    assert_eq!(image.read(&gpu).unwrap(), vec![NO_SURFACE; 33 * 7]);
+}
+
+#[test]
+fn memory_is_counted_and_given_back() {
+    let gpu = gpu();
+    let before = gpu.memory().current();
+    let buffer = Buffer::<Scratch>::new(&gpu, 1000).unwrap();
+    assert_eq!(gpu.memory().current() - before, 4000);
+    drop(buffer);
+    assert_eq!(gpu.memory().current(), before);
+    assert!(gpu.memory().peak() >= before + 4000);
+}
+
+#[test]
+fn a_buffer_beyond_the_limit_is_refused_with_the_limit() {
+    let gpu = gpu();
+    let elements = gpu.page_elements::<u32>() + 1;
+    match Buffer::<Scratch>::new(&gpu, elements) {
+        Err(GpuError::TooLarge { bytes, limit, .. }) => assert!(bytes > limit),
+        other => panic!("{other:?}"),
+    }
+}
+
+#[test]
+#[should_panic(expected = "no binding source")]
+fn a_wrong_binding_name_is_a_loud_mistake() {
+    let gpu = gpu();
+    let pipeline = gpu.compute_pipeline(&ComputePipelineDescriptor::new(DOUBLE)).unwrap();
+    let buffer = Buffer::<Scratch>::new(&gpu, 1).unwrap();
+    let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+    let factor = recorder.uniform(&[3u32, 0, 0, 0]);
+    let bindings = [("doubled", buffer.bind()), ("sauce", buffer.bind()), ("factor", factor)];
+    recorder.compute(&gpu, "test.double", &pipeline, &bindings, Dispatch::Groups(1));
+}

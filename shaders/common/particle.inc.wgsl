@@ -1,0 +1,49 @@
+#define_import_path meniscus::particle
+
+struct PackedParticle {
+    position_world: vec3<f32>,
+    // Low 16 bits: identity hash. High 16 bits: radius relative to the set's, IEEE half.
+    packed: u32,
+}
+
+struct KeptRange {
+    first: u32,
+    count: u32,
+    // Keep probability in 1/65536.
+    keep: u32,
+    flags: u32,
+}
+
+// What level of detail makes of one kept particle.
+struct Kept {
+    // Factor on the particle's volume; its expectation over the hash is 1 / probability over the kept ones.
+    weight: f32,
+    // Factor on the drawn radius.
+    radius: f32,
+}
+
+// Fraction of the keep probability over which particles fade in (main-renderer.md 3.3).
+const RAMP: f32 = 0.2;
+// Thinned splats grow by p^(-1/3) to close holes, at most to this factor.
+const MAX_GROWTH: f32 = 2.0;
+
+// Horvitz-Thompson weight and size of a particle with identity hash `packed & 0xffff` kept with probability keep / 65536.
+// The ramp narrows to nothing as the probability goes to 1, so that full detail is reached without a step.
+fn kept(packed: u32, keep: u32) -> Kept {
+    if keep >= 65536u {
+        return Kept(1.0, 1.0);
+    }
+    let p = f32(keep) / 65536.0;
+    let u = (f32(packed & 0xffffu) + 0.5) / 65536.0;
+    let ramp = min(RAMP * p, 1.0 - p);
+    let fade = clamp((p - u) / ramp, 0.0, 1.0);
+    // Mean of the fade over u in [0, p).
+    let mean_fade = 1.0 - 0.5 * ramp / p;
+    let growth = min(pow(p, -1.0 / 3.0), MAX_GROWTH);
+    return Kept(fade / (mean_fade * p), growth * pow(fade, 1.0 / 3.0));
+}
+
+// Radius relative to the set's.
+fn relative_radius(packed: u32) -> f32 {
+    return unpack2x16float(packed).y;
+}
