@@ -75,9 +75,12 @@ pub enum Timing {
     Isolated,
 }
 
+/// A layout's id and what is in each of its slots.
+type BindKey = (u64, Vec<(u32, Binding)>);
+
 /// Bind groups of earlier frames, so that the steady state makes none.
 #[derive(Debug, Default)]
-pub(crate) struct BindCache(Mutex<HashMap<(u64, Vec<(u32, Binding)>), wgpu::BindGroup>>);
+pub(crate) struct BindCache(Mutex<HashMap<BindKey, wgpu::BindGroup>>);
 
 impl BindCache {
     /// Entries hold their resources alive; this many cover a frame several times over.

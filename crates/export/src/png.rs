@@ -1,0 +1,80 @@
+use std::io::{BufWriter, Write};
+use std::path::Path;
+
+use image::codecs::png::{CompressionType, FilterType, PngEncoder};
+use image::{ExtendedColorType, ImageEncoder};
+
+use crate::ExportError;
+
+/// Writes a display image (sRGB, red in the lowest byte, row by row from the top left) as an 8-bit PNG; without
+/// `with_alpha` the fourth channel is left out. Missing folders are made.
+///
+/// # Errors
+/// [`ExportError::Io`] or [`ExportError::Encode`]; nothing is left under `path` then, and an older file stays as it was.
+///
+/// # Panics
+/// If `pixels` is not `width * height` long.
+pub fn write_png(path: &Path, size: [u32; 2], pixels: &[u32], with_alpha: bool) -> Result<(), ExportError> {
+    assert_eq!(pixels.len(), size[0] as usize * size[1] as usize, "pixels of a {size:?} image");
+    let io = |source| ExportError::Io { path: path.to_owned(), source };
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder).map_err(io)?;
+    let mut beside =
+        tempfile::Builder::new().prefix(".meniscus-").suffix(".part").tempfile_in(folder).map_err(io)?;
+
+    let channels = if with_alpha { 4 } else { 3 };
+    let bytes: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(channels)).collect();
+    let color = if with_alpha { ExtendedColorType::Rgba8 } else { ExtendedColorType::Rgb8 };
+    let mut file = BufWriter::new(beside.as_file_mut());
+    PngEncoder::new_with_quality(&mut file, CompressionType::Fast, FilterType::Adaptive)
+        .write_image(&bytes, size[0], size[1], color)
+        .map_err(|e| match e {
+            image::ImageError::IoError(source) => io(source),
+            other => ExportError::Encode { path: path.to_owned(), message: other.to_string() },
+        })?;
+    file.flush().map_err(io)?;
+    drop(file);
+    // A temporary file is private to its owner; a picture has the rights that any new file would have.
+    set_default_permissions(beside.as_file()).map_err(io)?;
+    beside.persist(path).map_err(|e| io(e.error))?;
+    Ok(())
+}
+
+#[cfg(unix)]
+fn set_default_permissions(file: &std::fs::File) -> std::io::Result<()> {
+    use std::os::unix::fs::PermissionsExt;
+    file.set_permissions(std::fs::Permissions::from_mode(0o644))
+}
+
+#[cfg(not(unix))]
+fn set_default_permissions(_: &std::fs::File) -> std::io::Result<()> {
+    Ok(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pixels_survive_and_nothing_else_is_left() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("new/out.png");
+        let pixels = [0xff00_0001, 0xff00_0200, 0x8003_0000, 0x00ff_ffff, 0xff12_3456, 0xff00_0000];
+        write_png(&path, [3, 2], &pixels, true).unwrap();
+        let read = image::open(&path).unwrap().into_rgba8();
+        let back: Vec<u32> = read.pixels().map(|p| u32::from_le_bytes(p.0)).collect();
+        assert_eq!(back, pixels);
+        write_png(&path, [3, 2], &pixels, false).unwrap();
+        assert_eq!(image::open(&path).unwrap().color().channel_count(), 3);
+        assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn an_unwritable_place_is_an_error_that_names_it() {
+        let folder = tempfile::tempdir().unwrap();
+        let file = folder.path().join("file");
+        std::fs::write(&file, "x").unwrap();
+        let error = write_png(&file.join("out.png"), [1, 1], &[0], false).unwrap_err();
+        assert!(error.to_string().contains("out.png"), "{error}");
+    }
+}
