@@ -1,0 +1,92 @@
+//! `cargo xtask demo`: from a fresh clone to a picture of water.
+
+use std::{path::Path, process::Command, time::Instant};
+
+use cargo_metadata::MetadataCommand;
+use clap::Args;
+
+use crate::{
+    error::{Error, Result},
+    prerequisites,
+    process::{cargo, run as run_process},
+};
+
+/// Build meniscus, make a small dam break and render a picture and a short film of it.
+///
+/// Builds without the viewer, so no window system is needed; renders on the GPU, or without one on the CPU through
+/// Mesa's lavapipe. Everything it writes is under target/demo. Takes up to 15 minutes on two cores the first time,
+/// most of it compiling.
+///
+/// Where the driver is missing, the apt-get line is printed; with --install, or as root, it is run.
+#[derive(Args)]
+#[command(after_help = "Examples:\n  cargo xtask demo\n  cargo xtask demo --install --size 1920x1080")]
+pub struct Options {
+    /// Install missing Debian packages (with sudo, unless root)
+    #[arg(long)]
+    install: bool,
+
+    /// Size of the pictures in pixels
+    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    size: String,
+}
+
+/// Enough for splashes that look like water, few enough for a CPU to draw in seconds.
+const PARTICLES: &str = "150000";
+
+/// A second of film at 24 frames per second.
+const FRAMES: &str = "24";
+
+/// The frame of the still picture: the wave has met the far wall.
+const STILL: &str = "12";
+
+/// Builds, makes, renders, and says where everything is.
+pub fn run(options: &Options) -> Result<()> {
+    let start = Instant::now();
+    let metadata = MetadataCommand::new().exec()?;
+    let variables = prerequisites::ensure(&metadata, options.install)?;
+
+    run_process(
+        cargo(["build", "--release", "--package", "meniscus", "--no-default-features"])
+            .current_dir(&metadata.workspace_root),
+    )?;
+    let program = metadata.target_directory.join("release/meniscus");
+    let meniscus = |arguments: &[&str]| {
+        run_process(Command::new(&program).args(arguments).envs(variables.iter().cloned()))
+    };
+
+    let folder = metadata.target_directory.join("demo");
+    create_empty(folder.as_std_path())?;
+    let data = folder.join("data");
+    let still = folder.join("water.png");
+    let film = folder.join("film_%04d.png");
+    meniscus(&[
+        "make",
+        "dam-break",
+        "-o",
+        data.as_str(),
+        "--particles",
+        PARTICLES,
+        "--frames",
+        FRAMES,
+        "--format",
+        "vtu-zlib",
+    ])?;
+    meniscus(&["render", data.as_str(), "-o", still.as_str(), "--frame", STILL, "--size", &options.size])?;
+    let all = format!("0..{FRAMES}");
+    meniscus(&["render", data.as_str(), "-o", film.as_str(), "--frames", &all, "--size", &options.size])?;
+
+    println!("\ndone in {:.0} s\n", start.elapsed().as_secs_f64());
+    println!("particles  {data}");
+    println!("picture    {still}");
+    println!("film       {film}");
+    Ok(())
+}
+
+/// An earlier run must not leave frames among ours.
+fn create_empty(folder: &Path) -> Result<()> {
+    let file_error = |source| Error::File { path: folder.to_owned(), source };
+    if folder.exists() {
+        std::fs::remove_dir_all(folder).map_err(file_error)?;
+    }
+    std::fs::create_dir_all(folder).map_err(file_error)
+}

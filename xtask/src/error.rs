@@ -1,0 +1,43 @@
+//! Everything that ends a command early.
+
+use std::{io, path::PathBuf};
+
+/// Why a command did not succeed. Each is printed once, by `main`.
+#[derive(Debug, thiserror::Error)]
+pub enum Error {
+    #[error("`{command}` could not be started: {source}; is `{program}` installed and on PATH?")]
+    Start { command: String, program: String, source: io::Error },
+
+    #[error("`{command}` failed ({status})")]
+    Failed { command: String, status: String },
+
+    #[error("the workspace could not be read with `cargo metadata`: {0}")]
+    Metadata(#[from] cargo_metadata::Error),
+
+    #[error("{}: {source}", path.display())]
+    File { path: PathBuf, source: io::Error },
+
+    #[error("the output of `{command}` could not be read: {source}")]
+    Output { command: String, source: io::Error },
+
+    #[error("{missing}\ninstall with:\n    {install}\nor let this command do it: add --install")]
+    Missing { missing: String, install: String },
+
+    #[error(
+        "{variable} is set, so only the drivers it names are used, and none of them is there: correct or unset it"
+    )]
+    NoSuchDriver { variable: &'static str },
+
+    #[error("{0} is still missing after the installation; see the output of apt-get above")]
+    StillMissing(String),
+
+    #[error("{failed} of {total} checks failed: {names}")]
+    Checks { failed: usize, total: usize, names: String },
+
+    /// The report has said so already, and its last line is to stay the last.
+    #[error("tests failed")]
+    TestsReported,
+}
+
+/// What every command returns.
+pub type Result<T> = std::result::Result<T, Error>;
