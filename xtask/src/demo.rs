@@ -42,8 +42,8 @@ const STILL: &str = "12";
 /// Builds, makes, renders, and says where everything is.
 pub fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
-    let metadata = MetadataCommand::new().exec()?;
-    let variables = prerequisites::ensure(&metadata, options.install)?;
+    let metadata = MetadataCommand::new().no_deps().exec()?;
+    let variables = prerequisites::ensure(metadata.workspace_root.as_std_path(), options.install)?;
 
     run_process(
         cargo(["build", "--release", "--package", "meniscus", "--no-default-features"])

@@ -5,8 +5,6 @@ use std::{
     process::Command,
 };
 
-use cargo_metadata::Metadata;
-
 use crate::{
     drivers::{self, Machine, Vulkan},
     error::{Error, Result},
@@ -17,8 +15,9 @@ use crate::{
 ///
 /// What is missing is installed with apt-get, if `install` says so or we are root anyway (a container, CI);
 /// otherwise the error holds the one line to type. Returns the variables that rendering commands must be given.
-pub fn ensure(metadata: &Metadata, install: bool) -> Result<Vec<(&'static str, String)>> {
-    let needs_c = metadata.packages.iter().any(|package| package.name.as_str() == "cc");
+pub fn ensure(workspace: &Path, install: bool) -> Result<Vec<(&'static str, String)>> {
+    let path = workspace.join("Cargo.lock");
+    let needs_c = compiles_c(&std::fs::read_to_string(&path).map_err(|source| Error::File { path, source })?);
     let mut vulkan = find_vulkan();
     let missing = Missing { vulkan: !vulkan.is_usable(), c_compiler: needs_c && !has_c_compiler() };
     if missing.any() {
@@ -123,6 +122,12 @@ fn find_vulkan() -> Vulkan {
     drivers::find(&Machine { root: PathBuf::from("/"), variable: &|name| std::env::var(name).ok() })
 }
 
+/// Whether some dependency's build script calls a C compiler, by way of the `cc` crate. The lock file tells without a
+/// download.
+fn compiles_c(lock_file: &str) -> bool {
+    lock_file.lines().any(|line| line == r#"name = "cc""#)
+}
+
 /// The compilers that the `cc` crate tries, first the one it is told.
 fn has_c_compiler() -> bool {
     let told = std::env::var("CC").ok();
@@ -193,6 +198,12 @@ mod tests {
         assert_eq!(steering_variable(only("VK_ICD_FILENAMES")), Some("VK_ICD_FILENAMES"));
         assert_eq!(steering_variable(only("VK_ADD_DRIVER_FILES")), None);
         assert_eq!(steering_variable(|_| Some(String::new())), None);
+    }
+
+    #[test]
+    fn the_lock_file_tells_who_compiles_c() {
+        assert!(compiles_c("[[package]]\nname = \"cc\"\nversion = \"1.11.1\"\n"));
+        assert!(!compiles_c("[[package]]\nname = \"ccc\"\ndependencies = [\n \"cc-lib\",\n]\n"));
     }
 
     #[test]

@@ -1,6 +1,9 @@
 //! The dependency graph of the workspace, reduced to what the checks ask of it.
 
-use std::collections::{HashMap, HashSet, VecDeque};
+use std::{
+    collections::{HashMap, HashSet, VecDeque},
+    path::Path,
+};
 
 use cargo_metadata::{CargoOpt, DependencyKind, Metadata, MetadataCommand};
 
@@ -43,9 +46,10 @@ pub struct Dependency {
     pub dev_only: bool,
 }
 
-/// Reads the graph of the workspace in the current directory.
-pub fn read() -> Result<Graph> {
-    Ok(from_metadata(&MetadataCommand::new().features(CargoOpt::AllFeatures).exec()?))
+/// Reads the graph of the workspace in the folder.
+pub fn read(folder: &Path) -> Result<Graph> {
+    let mut command = MetadataCommand::new();
+    Ok(from_metadata(&command.current_dir(folder).features(CargoOpt::AllFeatures).exec()?))
 }
 
 fn from_metadata(metadata: &Metadata) -> Graph {
@@ -173,19 +177,46 @@ mod tests {
     }
 
     #[test]
-    fn this_workspace_is_read_with_its_places_and_arrows() {
-        let graph = read().unwrap();
+    fn a_workspace_is_read_with_its_places_arrows_and_licences() {
+        let folder = tempfile::tempdir().unwrap();
+        let write = |path: &str, text: &str| {
+            let path = folder.path().join(path);
+            std::fs::create_dir_all(path.parent().unwrap()).unwrap();
+            std::fs::write(path, text).unwrap();
+        };
+        let package = |path: &str, name: &str, more: &str| {
+            write(&format!("{path}/src/lib.rs"), "");
+            write(
+                &format!("{path}/Cargo.toml"),
+                &format!("[package]\nname = '{name}'\nlicense = 'MIT'\n{more}"),
+            );
+        };
+        write(
+            "Cargo.toml",
+            "[workspace]\nmembers = ['crates/*', 'tests']\nexclude = ['else']\nresolver = '3'",
+        );
+        package("crates/a", "a", "[dependencies]\nb = { path = '../b', optional = true }");
+        package("crates/b", "b", "[dev-dependencies]\nc = { path = '../../else/c' }");
+        package(
+            "tests",
+            "t",
+            "[dependencies]\na = { path = '../crates/a' }\n[dev-dependencies]\na.path = '../crates/a'",
+        );
+        package("else/c", "c", "");
+
+        let graph = read(folder.path()).unwrap();
         let find = |name: &str| graph.packages.iter().find(|package| package.name == name).unwrap();
-        assert_eq!(find("meniscus-core").place, Place::Pipeline);
-        assert_eq!(find("xtask").place, Place::Around);
-        assert_eq!(find("clap").place, Place::External);
-        let dev_only: Vec<_> = find("xtask")
-            .dependencies
-            .iter()
-            .map(|dependency| (graph.packages[dependency.to].name.as_str(), dependency.dev_only))
-            .filter(|(name, _)| ["tempfile", "clap"].contains(name))
-            .collect();
-        assert_eq!(dev_only.len(), 2);
-        assert!(dev_only.contains(&("tempfile", true)) && dev_only.contains(&("clap", false)));
+        let arrows = |name: &str| {
+            let dependencies = find(name).dependencies.iter();
+            dependencies.map(|d| (graph.packages[d.to].name.as_str(), d.dev_only)).collect::<Vec<_>>()
+        };
+        assert_eq!(["a", "b", "t", "c"].map(|name| find(name).place), {
+            use Place::{Around, External, Pipeline};
+            [Pipeline, Pipeline, Around, External]
+        });
+        assert_eq!(arrows("a"), [("b", false)], "an optional dependency counts");
+        assert_eq!(arrows("b"), [("c", true)]);
+        assert_eq!(arrows("t"), [("a", false)], "a dependency of both kinds is not one of tests only");
+        assert_eq!(find("c").licence.as_deref(), Some("MIT"));
     }
 }

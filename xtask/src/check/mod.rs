@@ -6,7 +6,7 @@ mod layers;
 mod licences;
 mod windowless;
 
-use std::time::Instant;
+use std::{path::Path, time::Instant};
 
 use clap::{Args, ValueEnum};
 
@@ -54,8 +54,8 @@ impl Check {
     fn offences(self) -> Result<Vec<String>> {
         match self {
             Self::Fmt => passes(&mut cargo(["fmt", "--all", "--", "--check"])),
-            Self::Layers => Ok(layers::offences(&graph::read()?)),
-            Self::Licences => Ok(licences::offences(&graph::read()?)),
+            Self::Layers => Ok(layers::offences(&graph::read(Path::new("."))?)),
+            Self::Licences => Ok(licences::offences(&graph::read(Path::new("."))?)),
             Self::Hygiene => hygiene::offences_in_repository(),
             Self::Windowless => windowless::offences_of_program(),
             Self::Clippy => {

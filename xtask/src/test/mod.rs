@@ -44,8 +44,8 @@ pub struct Options {
 /// Runs the tests and reports.
 pub fn run(options: &Options) -> Result<()> {
     let start = Instant::now();
-    let metadata = MetadataCommand::new().exec()?;
-    let variables = prerequisites::ensure(&metadata, options.install)?;
+    let metadata = MetadataCommand::new().no_deps().exec()?;
+    let variables = prerequisites::ensure(metadata.workspace_root.as_std_path(), options.install)?;
 
     let mut report = Report::default();
     for arguments in plan::invocations(&options.arguments) {
