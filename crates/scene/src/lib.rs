@@ -1,1 +1,25 @@
-//! What surrounds the water: floor, walls, materials, cameras.
+//! What surrounds the water: floor, walls, boxes, materials, sun and sky, cameras. Nothing here knows the GPU.
+//!
+//! A [`Scene`] is complete and in world space. It comes from [`Scene::around`] (the automatic scene) or from a
+//! [`Description`], the TOML file in which everything is optional and which is completed by the same automatic choices.
+//! Everything scales with the extent of the data: no length is assumed to be in metres.
+
+mod absorption;
+mod camera;
+mod description;
+mod error;
+mod material;
+mod mesh;
+mod scene;
+mod up_frame;
+
+pub use absorption::{Absorption, PURE_WATER_PER_METRE};
+pub use camera::{FOVY_RAD, NamedView, automatic_camera};
+pub use description::{
+    BoxDescription, Description, FloorDescription, SkyDescription, SunDescription, WallsDescription,
+};
+pub use error::SceneError;
+pub use material::{Material, Pattern};
+pub use mesh::{Mesh, Sides};
+pub use scene::{Floor, Object, Scene, Sky, Sun};
+pub use up_frame::UpFrame;

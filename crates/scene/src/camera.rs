@@ -1,0 +1,129 @@
+use glam::Vec3;
+use meniscus_core::{Aabb, Camera, UpAxis};
+
+use crate::{SceneError, UpFrame};
+
+/// Vertical field of view of automatic cameras: a 50 mm lens on 24 x 36 mm film, which does not distort.
+pub const FOVY_RAD: f32 = 0.47;
+/// Room around the data in the picture.
+const MARGIN: f32 = 1.1;
+
+/// Views by name, relative to the up axis.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NamedView {
+    /// Along north.
+    Front,
+    /// Against north.
+    Back,
+    /// From the left of the front view.
+    Left,
+    /// From the right of the front view.
+    Right,
+    /// From above, north up in the picture.
+    Top,
+    /// From the front, right and above, along the diagonal of a cube.
+    Iso,
+}
+
+impl std::str::FromStr for NamedView {
+    type Err = SceneError;
+
+    fn from_str(name: &str) -> Result<Self, SceneError> {
+        Ok(match name {
+            "front" => Self::Front,
+            "back" => Self::Back,
+            "left" => Self::Left,
+            "right" => Self::Right,
+            "top" => Self::Top,
+            "iso" => Self::Iso,
+            _ => return Err(SceneError::UnknownView { found: name.to_owned() }),
+        })
+    }
+}
+
+impl NamedView {
+    /// The camera of this view for a picture of `size` pixels, fitted to `bounds` (world).
+    pub fn camera(self, bounds: Aabb, up: UpAxis, size: [u32; 2]) -> Camera {
+        let frame = UpFrame::new(up);
+        // A little from above, so that the floor is seen and the horizon lies above the water.
+        let level = |east: f32, north: f32| frame.world(east, north, -0.12);
+        let (direction, picture_up) = match self {
+            Self::Front => (level(0.0, 1.0), frame.up),
+            Self::Back => (level(0.0, -1.0), frame.up),
+            Self::Left => (level(1.0, 0.0), frame.up),
+            Self::Right => (level(-1.0, 0.0), frame.up),
+            Self::Top => (-frame.up, frame.north),
+            Self::Iso => (frame.world(-1.0, 1.0, -1.0), frame.up),
+        };
+        Camera::fit(drawable(bounds), direction, picture_up, FOVY_RAD, size, MARGIN)
+    }
+}
+
+/// Three-quarter view from slightly above, with the longer side of the data across the picture. `bounds` should hold the
+/// data of the whole series, e.g. of its first, middle and last frame, so that the camera can stay still.
+pub fn automatic_camera(bounds: Aabb, up: UpAxis, size: [u32; 2]) -> Camera {
+    let (across, away) = facing(bounds, up);
+    let direction = away * 0.82 - across * 0.46 - up.vector() * 0.44;
+    Camera::fit(drawable(bounds), direction, up.vector(), FOVY_RAD, size, MARGIN)
+}
+
+/// Ground directions `(across, away)` of the automatic view: across the picture and away from the viewer.
+pub(crate) fn facing(bounds: Aabb, up: UpAxis) -> (Vec3, Vec3) {
+    let frame = UpFrame::new(up);
+    let extent = bounds.extent();
+    let (east, north) = (extent.dot(frame.east.abs()), extent.dot(frame.north.abs()));
+    // Only a clear difference turns the view, so that nearly square data keeps the usual front.
+    if north > 1.3 * east { (frame.north, -frame.east) } else { (frame.east, frame.north) }
+}
+
+/// `bounds` with every edge at least a thousandth of the longest, so that flat and single-point data still define a view.
+fn drawable(bounds: Aabb) -> Aabb {
+    if bounds.is_empty() || !bounds.extent().is_finite() {
+        return Aabb::EMPTY;
+    }
+    // The part of the coordinates keeps the view axis longer than a few rounding steps of f32.
+    let margin = (bounds.extent().max_element() * 5e-4).max(1e-5 * bounds.center().length()).max(1e-12);
+    bounds.inflated(margin)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const SIZE: [u32; 2] = [1280, 720];
+
+    #[test]
+    fn automatic_and_named_cameras_hold_the_data_for_every_up_axis() {
+        let bounds = Aabb { min: Vec3::new(-1.0, 0.0, 2.0), max: Vec3::new(3.0, 1.0, 8.0) };
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let views =
+                ["front", "back", "left", "right", "top", "iso"].map(|v| v.parse::<NamedView>().unwrap());
+            let named = views.map(|v| v.camera(bounds, up, SIZE));
+            for camera in named.into_iter().chain([automatic_camera(bounds, up, SIZE)]) {
+                camera.validate().unwrap();
+                for (n, d) in camera.frustum_planes(SIZE) {
+                    assert!(bounds.corners().iter().all(|&c| n.dot(c) + d >= 0.0), "{up:?} {camera:?}");
+                }
+            }
+            assert!(automatic_camera(bounds, up, SIZE).forward().dot(up.vector()) < -0.2, "from above");
+        }
+    }
+
+    #[test]
+    fn the_long_side_lies_across_the_picture() {
+        let long_north = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 10.0, 1.0) };
+        let forward = automatic_camera(long_north, UpAxis::Z, SIZE).forward();
+        assert!(forward.x.abs() > forward.y.abs(), "{forward}");
+    }
+
+    #[test]
+    fn degenerate_data_still_gives_a_camera() {
+        let point = Aabb { min: Vec3::splat(5e5), max: Vec3::splat(5e5) };
+        let flat = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 0.0, 1.0) };
+        for bounds in [point, flat, Aabb::EMPTY] {
+            automatic_camera(bounds, UpAxis::Y, [1, 1]).validate().unwrap();
+            NamedView::Top.camera(bounds, UpAxis::Z, SIZE).validate().unwrap();
+        }
+        assert!("side".parse::<NamedView>().unwrap_err().to_string().contains("front, back"));
+    }
+}

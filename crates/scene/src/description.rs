@@ -1,0 +1,321 @@
+use std::collections::BTreeMap;
+
+use glam::{DVec3, Vec3};
+use meniscus_core::{Aabb, UpAxis};
+use schemars::JsonSchema;
+use serde::Deserialize;
+
+use crate::{Floor, Material, Mesh, Object, Scene, SceneError, Sides, UpFrame};
+
+/// A scene file. Everything is optional; what is left out is chosen as in [`Scene::around`]. Lengths and coordinates are
+/// the particle file's own.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Description {
+    /// The sun.
+    pub sun: SunDescription,
+    /// The sky.
+    pub sky: SkyDescription,
+    /// The floor.
+    pub floor: FloorDescription,
+    /// Walls of the tank.
+    pub walls: WallsDescription,
+    /// Solid boxes, `[[box]]` in the file.
+    #[serde(rename = "box")]
+    pub boxes: Vec<BoxDescription>,
+    /// Materials by name, beside the built-in ones.
+    pub materials: BTreeMap<String, Material>,
+}
+
+/// `[sun]`
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SunDescription {
+    /// Degrees above the horizon, in (0, 90].
+    pub elevation_deg: Option<f32>,
+    /// Degrees from north, clockwise seen from above. North is +y for z up, -z for y up, +z for x up.
+    pub azimuth_deg: Option<f32>,
+    /// Irradiance facing the sun, linear red, green, blue; about 3 is a clear day.
+    pub irradiance: Option<[f32; 3]>,
+}
+
+/// `[sky]`: linear radiance.
+#[derive(Clone, Debug, Default, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct SkyDescription {
+    /// Straight up.
+    pub zenith: Option<[f32; 3]>,
+    /// At the horizon.
+    pub horizon: Option<[f32; 3]>,
+    /// Below the horizon, where there is no floor.
+    pub ground: Option<[f32; 3]>,
+    /// Glow around the sun, 1 = clear day.
+    pub glow: Option<f32>,
+}
+
+/// `[floor]`
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct FloorDescription {
+    /// Whether there is one.
+    pub visible: bool,
+    /// Coordinate along the up axis; left out: just under the water.
+    pub height: Option<f64>,
+    /// Name of a built-in material or of one under `[materials]`.
+    pub material: String,
+}
+
+impl Default for FloorDescription {
+    fn default() -> Self {
+        Self { visible: true, height: None, material: "tiles".into() }
+    }
+}
+
+/// `[walls]`: the box around the data, drawn from inside only.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct WallsDescription {
+    /// Whether they are drawn.
+    pub visible: bool,
+    /// Height above the bottom of the data; left out: the data's own.
+    pub height: Option<f32>,
+    /// Name of a material.
+    pub material: String,
+}
+
+impl Default for WallsDescription {
+    fn default() -> Self {
+        Self { visible: false, height: None, material: "concrete".into() }
+    }
+}
+
+/// `[[box]]`
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxDescription {
+    /// Smallest corner, file coordinates.
+    pub min: [f64; 3],
+    /// Largest corner, file coordinates.
+    pub max: [f64; 3],
+    /// Name of a material.
+    #[serde(default = "concrete")]
+    pub material: String,
+}
+
+fn concrete() -> String {
+    "concrete".into()
+}
+
+impl Description {
+    /// Parses a scene file; `file` is its name for messages.
+    ///
+    /// # Errors
+    /// [`SceneError::Toml`] with line and column.
+    pub fn from_toml(text: &str, file: &str) -> Result<Self, SceneError> {
+        toml::from_str(text).map_err(|e| SceneError::Toml {
+            file: file.to_owned(),
+            message: e.to_string().trim_end().to_owned(),
+        })
+    }
+
+    /// Completes the description for data with particle centres in `bounds` (world), series origin `origin` (file) and
+    /// `spacing` (world). `file` is its name for messages.
+    ///
+    /// # Errors
+    /// A value out of range or the name of a material that does not exist.
+    pub fn resolve(
+        &self,
+        bounds: Aabb,
+        origin: DVec3,
+        up: UpAxis,
+        spacing: f32,
+        file: &str,
+    ) -> Result<Scene, SceneError> {
+        let check = Check { file };
+        let mut scene = Scene::around(bounds, up, spacing);
+        self.apply_light(&mut scene, &check)?;
+
+        let floor_material = self.material(&scene, "floor.material", &self.floor.material, &check)?;
+        let automatic_height = scene.floor.map_or(0.0, |f| f.height_world);
+        let height_world = match self.floor.height {
+            Some(height) => check.length("floor.height", height - origin[up.index()])?,
+            None => automatic_height,
+        };
+        scene.floor = self.floor.visible.then_some(Floor { height_world, material: floor_material });
+
+        if self.walls.visible {
+            let material = self.material(&scene, "walls.material", &self.walls.material, &check)?;
+            let room = if bounds.is_empty() { Aabb { min: Vec3::ZERO, max: Vec3::ONE } } else { bounds };
+            let room = room.inflated(0.5 * spacing.max(0.0));
+            let height = self.walls.height.unwrap_or(room.extent()[up.index()]);
+            let height = check.range("walls.height", height, height > 0.0, "a positive length")?;
+            scene.add_walls(room, height, material);
+        }
+        for (i, solid) in self.boxes.iter().enumerate() {
+            let key = |field: &str| format!("box[{i}].{field}");
+            let material = self.material(&scene, &key("material"), &solid.material, &check)?;
+            let corner = |field: &str, c: [f64; 3]| -> Result<Vec3, SceneError> {
+                let relative = DVec3::from(c) - origin;
+                for component in relative.to_array() {
+                    check.length(&key(field), component)?;
+                }
+                Ok(relative.as_vec3())
+            };
+            let (min, max) = (corner("min", solid.min)?, corner("max", solid.max)?);
+            if !min.cmplt(max).all() {
+                return Err(check.error(
+                    &key("max"),
+                    format!("{:?}", solid.max),
+                    "more than min in every axis",
+                ));
+            }
+            let mesh = Mesh::cuboid(Aabb { min, max });
+            scene.objects.push(Object { name: format!("box {i}"), mesh, material, sides: Sides::Both });
+        }
+        Ok(scene)
+    }
+
+    fn apply_light(&self, scene: &mut Scene, check: &Check<'_>) -> Result<(), SceneError> {
+        let frame = UpFrame::new(scene.up);
+        let automatic = scene.sun.direction;
+        let automatic_azimuth = automatic.dot(frame.east).atan2(automatic.dot(frame.north)).to_degrees();
+        let elevation = self.sun.elevation_deg.unwrap_or(Scene::SUN_ELEVATION_DEG);
+        let in_range = elevation > 0.0 && elevation <= 90.0;
+        check.range("sun.elevation_deg", elevation, in_range, "more than 0 and at most 90")?;
+        let azimuth = self.sun.azimuth_deg.unwrap_or(automatic_azimuth);
+        check.range("sun.azimuth_deg", azimuth, true, "a finite angle")?;
+        if self.sun.elevation_deg.is_some() || self.sun.azimuth_deg.is_some() {
+            scene.sun.direction = frame.direction(azimuth.to_radians(), elevation.to_radians());
+        }
+        let sky = &mut scene.sky;
+        for (key, given, target) in [
+            ("sun.irradiance", self.sun.irradiance, &mut scene.sun.irradiance),
+            ("sky.zenith", self.sky.zenith, &mut sky.zenith),
+            ("sky.horizon", self.sky.horizon, &mut sky.horizon),
+            ("sky.ground", self.sky.ground, &mut sky.ground),
+        ] {
+            if let Some(color) = given {
+                *target = check.color(key, color, 1e3, "three numbers from 0 to 1000")?;
+            }
+        }
+        if let Some(glow) = self.sky.glow {
+            sky.glow = check.range("sky.glow", glow, (0.0..=100.0).contains(&glow), "0 to 100")?;
+        }
+        Ok(())
+    }
+
+    fn material(
+        &self,
+        scene: &Scene,
+        key: &str,
+        name: &str,
+        check: &Check<'_>,
+    ) -> Result<Material, SceneError> {
+        let own = self.materials.get(name).copied();
+        let material = own.or_else(|| Material::named(name)).ok_or_else(|| SceneError::UnknownMaterial {
+            file: check.file.to_owned(),
+            key: key.to_owned(),
+            found: name.to_owned(),
+            available: Material::NAMES
+                .into_iter()
+                .chain(self.materials.keys().map(String::as_str))
+                .collect::<Vec<_>>()
+                .join(", "),
+        })?;
+        let of = |field: &str| format!("materials.{name}.{field}");
+        check.color(&of("color"), material.color, 1.0, "three numbers from 0 to 1")?;
+        for (field, value) in [("roughness", material.roughness), ("metallic", material.metallic)] {
+            check.range(&of(field), value, (0.0..=1.0).contains(&value), "0 to 1")?;
+        }
+        check.range(&of("scale"), material.scale, material.scale >= 0.0, "a length, or 0 for automatic")?;
+        Ok(scene.scaled(material))
+    }
+}
+
+/// Range checks that know the file's name.
+struct Check<'a> {
+    file: &'a str,
+}
+
+impl Check<'_> {
+    fn error(&self, key: &str, found: String, expected: &'static str) -> SceneError {
+        SceneError::OutOfRange { file: self.file.to_owned(), key: key.to_owned(), found, expected }
+    }
+
+    fn range(&self, key: &str, value: f32, ok: bool, expected: &'static str) -> Result<f32, SceneError> {
+        if ok && value.is_finite() { Ok(value) } else { Err(self.error(key, value.to_string(), expected)) }
+    }
+
+    /// A coordinate relative to the origin, as `f32`.
+    fn length(&self, key: &str, value: f64) -> Result<f32, SceneError> {
+        self.range(key, value as f32, true, "a finite number")
+    }
+
+    fn color(
+        &self,
+        key: &str,
+        color: [f32; 3],
+        max: f32,
+        expected: &'static str,
+    ) -> Result<[f32; 3], SceneError> {
+        let ok = color.iter().all(|c| (0.0..=max).contains(c));
+        if ok { Ok(color) } else { Err(self.error(key, format!("{color:?}"), expected)) }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    const BOUNDS: Aabb = Aabb { min: Vec3::ZERO, max: Vec3::new(4.0, 2.0, 1.0) };
+
+    fn resolve(text: &str) -> Result<Scene, SceneError> {
+        let origin = DVec3::new(5e5, 0.0, 100.0);
+        Description::from_toml(text, "scene.toml")?.resolve(BOUNDS, origin, UpAxis::Z, 0.1, "scene.toml")
+    }
+
+    #[test]
+    fn an_empty_file_is_the_automatic_scene() {
+        assert_eq!(resolve("").unwrap(), Scene::around(BOUNDS, UpAxis::Z, 0.1));
+    }
+
+    #[test]
+    fn a_full_file_is_taken_at_its_word() {
+        let scene = resolve(
+            "[sun]\nelevation_deg = 30\nazimuth_deg = 90\n[sky]\nglow = 0\n\
+             [floor]\nheight = 99.5\nmaterial = 'mine'\n[walls]\nvisible = true\nheight = 2\n\
+             [[box]]\nmin = [500001, 0, 100]\nmax = [500002, 1, 101]\nmaterial = 'steel'\n\
+             [materials.mine]\npattern = 'concrete'\ncolor = [0.2, 0.3, 0.4]\nscale = 0.25",
+        )
+        .unwrap();
+        // 1e-6: sines in f32.
+        assert!(scene.sun.direction.distance(Vec3::new(0.75f32.sqrt(), 0.0, 0.5)) < 1e-6);
+        let floor = scene.floor.unwrap();
+        assert_eq!((floor.height_world, floor.material.scale), (-0.5, 0.25));
+        assert_eq!(scene.objects.len(), 2);
+        assert_eq!(
+            Aabb::of_points(&scene.objects[1].mesh.positions),
+            Aabb { min: Vec3::X, max: Vec3::new(2.0, 1.0, 1.0) }
+        );
+        assert!(resolve("[floor]\nvisible = false").unwrap().floor.is_none());
+    }
+
+    #[test]
+    fn mistakes_are_named_with_their_place() {
+        let message = |text: &str| resolve(text).unwrap_err().to_string();
+        let unknown = message("[floor]\nheigth = 1");
+        assert!(
+            unknown.contains("scene.toml") && unknown.contains("line 2") && unknown.contains("heigth"),
+            "{unknown}"
+        );
+        let material = message("[floor]\nmaterial = 'marble'");
+        assert!(material.contains("floor.material") && material.contains("tiles"), "{material}");
+        assert!(message("[sun]\nelevation_deg = -3").contains("sun.elevation_deg is -3"));
+        assert!(message("[sky]\nzenith = [nan, 0, 0]").contains("sky.zenith"));
+        assert!(message("[[box]]\nmin = [0, 0, 0]\nmax = [1, 0, 1]").contains("box[0].max"));
+        assert!(
+            message("[materials.x]\nroughness = 7\n[floor]\nmaterial = 'x'")
+                .contains("materials.x.roughness")
+        );
+    }
+}

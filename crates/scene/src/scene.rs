@@ -1,0 +1,212 @@
+use glam::Vec3;
+use meniscus_core::{Aabb, UpAxis};
+
+use crate::camera::facing;
+use crate::{Material, Mesh, Sides, UpFrame};
+
+/// The sun.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sun {
+    /// Unit direction towards the sun, world.
+    pub direction: Vec3,
+    /// Irradiance on a surface that faces the sun, linear Rec. 709, relative: a white sunlit floor comes out near 1.
+    pub irradiance: [f32; 3],
+}
+
+/// A clear-sky gradient; radiance, linear Rec. 709, on the scale of [`Sun::irradiance`].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sky {
+    /// Straight up.
+    pub zenith: [f32; 3],
+    /// At the horizon: the colour of the haze.
+    pub horizon: [f32; 3],
+    /// Below the horizon, where there is no floor.
+    pub ground: [f32; 3],
+    /// Brightness of the glow around the sun, >= 0.
+    pub glow: f32,
+}
+
+impl Default for Sky {
+    fn default() -> Self {
+        Self {
+            zenith: [0.10, 0.235, 0.56],
+            horizon: [0.66, 0.78, 0.92],
+            ground: [0.30, 0.29, 0.27],
+            glow: 1.0,
+        }
+    }
+}
+
+/// A level floor without end that fades into the haze.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Floor {
+    /// Height along the up axis, world.
+    pub height_world: f32,
+    /// Its surface; `scale` is positive.
+    pub material: Material,
+}
+
+/// Something solid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Object {
+    /// For messages.
+    pub name: String,
+    /// Its triangles, world space.
+    pub mesh: Mesh,
+    /// Its surface; `scale` is positive.
+    pub material: Material,
+    /// Which sides are drawn.
+    pub sides: Sides,
+}
+
+/// Everything around the water, in world space.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Scene {
+    /// Which world axis points up.
+    pub up: UpAxis,
+    /// Centre of the data on the floor, world; patterns start there.
+    pub anchor: Vec3,
+    /// Diagonal of the data, world, > 0: what haze and patterns are scaled by.
+    pub size_world: f32,
+    /// The sun.
+    pub sun: Sun,
+    /// The sky.
+    pub sky: Sky,
+    /// The floor, if any.
+    pub floor: Option<Floor>,
+    /// Walls, boxes, meshes.
+    pub objects: Vec<Object>,
+}
+
+impl Scene {
+    /// Sun's elevation of the automatic scene.
+    pub(crate) const SUN_ELEVATION_DEG: f32 = 43.0;
+    /// Irradiance of the automatic sun: 43 degrees high, slightly warm.
+    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [2.95, 2.78, 2.50];
+
+    /// The automatic scene for particles with centres in `bounds` (world) and the given `spacing` (world): a tiled floor that
+    /// touches the lowest particles' cells, half a spacing below their centres, under a clear sky with the sun behind the
+    /// water and to the left as the automatic camera sees it.
+    pub fn around(bounds: Aabb, up: UpAxis, spacing: f32) -> Self {
+        let bounds = if bounds.is_empty() || !bounds.extent().is_finite() {
+            Aabb { min: Vec3::ZERO, max: Vec3::ONE }
+        } else {
+            bounds
+        };
+        let spacing = if spacing.is_finite() && spacing > 0.0 { spacing } else { 0.0 };
+        let bounds = bounds.inflated(0.5 * spacing);
+        let size_world = bounds.extent().length().max(1e-6 * bounds.center().length()).max(1e-12);
+        let height_world = bounds.min.dot(up.vector());
+        let (across, away) = facing(bounds, up);
+        let elevation = Self::SUN_ELEVATION_DEG.to_radians();
+        // 50 degrees off the view axis: the glitter path lies in the picture without blinding all of it.
+        let direction =
+            (away * 0.64 - across * 0.77).normalize() * elevation.cos() + up.vector() * elevation.sin();
+        let mut scene = Self {
+            up,
+            anchor: bounds.center() - up.vector() * (bounds.center().dot(up.vector()) - height_world),
+            size_world,
+            sun: Sun { direction: direction.normalize(), irradiance: Self::SUN_IRRADIANCE },
+            sky: Sky::default(),
+            floor: None,
+            objects: Vec::new(),
+        };
+        let material = scene.scaled(Material::named("tiles").unwrap_or_default());
+        scene.floor = Some(Floor { height_world, material });
+        scene
+    }
+
+    /// `material` with a scale chosen from the size of the scene where it has none.
+    pub(crate) fn scaled(&self, material: Material) -> Material {
+        let scale =
+            if material.scale > 0.0 { material.scale } else { round_down_125(self.size_world * 0.11) };
+        Material { scale, ..material }
+    }
+
+    /// Adds the walls of a tank around `bounds` (world), `height_world` high from its bottom, seen from inside only.
+    pub fn add_walls(&mut self, bounds: Aabb, height_world: f32, material: Material) {
+        let frame = UpFrame::new(self.up);
+        let extent = bounds.extent();
+        let half = |axis: Vec3| axis * extent.dot(axis.abs()) * 0.5;
+        let (east, north, up) = (half(frame.east), half(frame.north), frame.up * height_world);
+        let bottom = bounds.center() - half(frame.up);
+        let mut mesh = Mesh::default();
+        for (out, along) in [(east, north), (north, -east), (-east, -north), (-north, east)] {
+            // up x along points inwards.
+            mesh.push_quad(bottom + out - along, up, 2.0 * along);
+        }
+        let material = self.scaled(material);
+        self.objects.push(Object { name: "walls".into(), mesh, material, sides: Sides::Front });
+    }
+}
+
+/// The largest of 1, 2, 5 times a power of ten that is not above `x` > 0: tile sizes that people can count with.
+fn round_down_125(x: f32) -> f32 {
+    let decade = 10f32.powf(x.log10().floor());
+    let leading = x / decade;
+    // The comparison leaves room for the rounding of log10 and powf.
+    decade * [5.0, 2.0].into_iter().find(|&step| leading >= step * 0.9999).unwrap_or(1.0)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn bounds() -> Aabb {
+        Aabb { min: Vec3::new(-1.0, 0.5, 2.0), max: Vec3::new(3.0, 1.5, 8.0) }
+    }
+
+    #[test]
+    fn the_floor_touches_the_lowest_cells() {
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let scene = Scene::around(bounds(), up, 0.1);
+            let floor = scene.floor.unwrap();
+            // 1e-6: rounding of one subtraction.
+            assert!((floor.height_world - (bounds().min[up.index()] - 0.05)).abs() < 1e-6);
+            assert!((scene.anchor[up.index()] - floor.height_world).abs() < 1e-6);
+            assert!((scene.sun.direction.length() - 1.0).abs() < 1e-6);
+            assert!(scene.sun.direction.dot(up.vector()) > 0.5);
+        }
+    }
+
+    #[test]
+    fn the_scene_scales_with_the_data() {
+        let small = Scene::around(bounds(), UpAxis::Z, 0.1);
+        let scaled = Aabb { min: bounds().min * 1000.0, max: bounds().max * 1000.0 };
+        let large = Scene::around(scaled, UpAxis::Z, 100.0);
+        let ratio = large.floor.unwrap().material.scale / small.floor.unwrap().material.scale;
+        // 1e-3: powers of ten in f32.
+        assert!((ratio / 1000.0 - 1.0).abs() < 1e-3, "{ratio}");
+        assert_eq!(small.sun, large.sun);
+    }
+
+    #[test]
+    fn walls_face_inwards() {
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let mut scene = Scene::around(bounds(), up, 0.1);
+            scene.add_walls(bounds(), 2.0, Material::default());
+            let mesh = &scene.objects[0].mesh;
+            assert_eq!(mesh.indices.len(), 24);
+            for (&p, &n) in mesh.positions.iter().zip(&mesh.normals) {
+                assert!((bounds().center() - Vec3::from(p)).dot(n.into()) > 0.1);
+            }
+        }
+    }
+
+    #[test]
+    fn tile_sizes_are_round() {
+        for (x, expected) in [(1.0, 1.0), (0.37, 0.2), (0.05, 0.05), (99.0, 50.0), (250.0, 200.0)] {
+            // 1e-4: powers of ten in f32.
+            assert!((round_down_125(x) / expected - 1.0f32).abs() < 1e-4, "{x} {}", round_down_125(x));
+        }
+    }
+
+    #[test]
+    fn nothing_to_surround_still_gives_a_scene() {
+        let nan = Aabb { min: Vec3::NAN, max: Vec3::NAN };
+        for bounds in [Aabb::EMPTY, nan, Aabb { min: Vec3::ZERO, max: Vec3::ZERO }] {
+            let scene = Scene::around(bounds, UpAxis::Y, f32::NAN);
+            assert!(scene.size_world > 0.0 && scene.floor.unwrap().material.scale > 0.0);
+        }
+    }
+}
