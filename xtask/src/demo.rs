@@ -34,10 +34,10 @@ pub struct Options {
 const PARTICLES: &str = "150000";
 
 /// A second of film at 24 frames per second.
-const FRAMES: &str = "24";
+const FRAMES: usize = 24;
 
-/// The frame of the still picture: the wave has met the far wall.
-const STILL: &str = "12";
+/// The frame of the still picture, from the middle of the film, where the water is on its way.
+const STILL: usize = FRAMES / 2;
 
 /// Builds, makes, renders, and says where everything is.
 pub fn run(options: &Options) -> Result<()> {
@@ -67,14 +67,27 @@ pub fn run(options: &Options) -> Result<()> {
         "--particles",
         PARTICLES,
         "--frames",
-        FRAMES,
+        &FRAMES.to_string(),
         "--format",
         "vtu-zlib",
     ])?;
-    meniscus(&["render", data.as_str(), "-o", still.as_str(), "--frame", STILL, "--size", &options.size])?;
+    meniscus(&[
+        "render",
+        data.as_str(),
+        "-o",
+        still.as_str(),
+        "--frame",
+        &STILL.to_string(),
+        "--size",
+        &options.size,
+    ])?;
     let all = format!("0..{FRAMES}");
     meniscus(&["render", data.as_str(), "-o", film.as_str(), "--frames", &all, "--size", &options.size])?;
 
+    let written = count_pngs(folder.as_std_path())?;
+    if written != FRAMES + 1 {
+        return Err(Error::Pictures { folder: folder.into(), expected: FRAMES + 1, written });
+    }
     println!("\ndone in {:.0} s\n", start.elapsed().as_secs_f64());
     println!("particles  {data}");
     println!("picture    {still}");
@@ -89,4 +102,27 @@ fn create_empty(folder: &Path) -> Result<()> {
         std::fs::remove_dir_all(folder).map_err(file_error)?;
     }
     std::fs::create_dir_all(folder).map_err(file_error)
+}
+
+fn count_pngs(folder: &Path) -> Result<usize> {
+    let entries =
+        std::fs::read_dir(folder).map_err(|source| Error::File { path: folder.to_owned(), source })?;
+    Ok(entries.flatten().filter(|entry| entry.path().extension().is_some_and(|e| e == "png")).count())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_of_an_earlier_run_are_neither_kept_nor_counted() {
+        let parent = tempfile::tempdir().unwrap();
+        let folder = parent.path().join("demo");
+        create_empty(&folder).unwrap();
+        std::fs::write(folder.join("film_0000.png"), "").unwrap();
+        std::fs::create_dir(folder.join("data")).unwrap();
+        assert_eq!(count_pngs(&folder).unwrap(), 1);
+        create_empty(&folder).unwrap();
+        assert_eq!(count_pngs(&folder).unwrap(), 0);
+    }
 }

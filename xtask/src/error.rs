@@ -34,6 +34,9 @@ pub enum Error {
     #[error("{failed} of {total} checks failed: {names}")]
     Checks { failed: usize, total: usize, names: String },
 
+    #[error("{}: {expected} pictures were to be written, {written} are there", folder.display())]
+    Pictures { folder: PathBuf, expected: usize, written: usize },
+
     /// The report has said so already, and its last line is to stay the last.
     #[error("tests failed")]
     TestsReported,

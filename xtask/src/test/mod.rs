@@ -13,13 +13,13 @@ use crate::{
     prerequisites,
     process::{cargo, stream},
 };
-use report::{Report, Totals};
+use report::Report;
 
 /// Run all tests, after making sure that there is a Vulkan driver to run them on.
 ///
 /// Runs `cargo test --workspace --all-targets` and the documentation tests, then prints a table over all test
-/// binaries and, alone on the last line, `N passed, N failed, N skipped`. Exit code 0 only if tests ran and none
-/// failed.
+/// binaries and, alone on the last line, `N passed, N failed, N skipped`. Exit code 0 only if at least one test passed
+/// and none failed.
 ///
 /// A test that cannot do its work on this machine prints a line that starts with `SKIPPED:`, with the reason
 /// after it, and returns; it then counts as skipped, not as passed.
@@ -64,9 +64,12 @@ pub fn run(options: &Options) -> Result<()> {
 
     println!("\n{}{:.0} s in all\n", report.table(), start.elapsed().as_secs_f64());
     let totals = report.totals();
-    let nothing_ran = totals == Totals::default();
+    // Skipped tests have checked nothing: a machine that skips them all must not pass for a sound one.
+    let nothing_ran = totals.passed + totals.failed == 0;
     if nothing_ran {
-        println!("no test ran, which is no success: is the name filter right?");
+        println!(
+            "no test ran to its end, which is no success: is the name filter right, are the data there?"
+        );
     }
     println!("{} passed, {} failed, {} skipped", totals.passed, totals.failed, totals.skipped);
     if totals.failed > 0 || nothing_ran { Err(Error::TestsReported) } else { Ok(()) }
