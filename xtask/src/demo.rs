@@ -26,7 +26,7 @@ pub struct Options {
     install: bool,
 
     /// Size of the pictures in pixels
-    #[arg(long, value_name = "WxH", default_value = "1280x720")]
+    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
     size: String,
 }
 
@@ -81,8 +81,7 @@ pub fn run(options: &Options) -> Result<()> {
         "--size",
         &options.size,
     ])?;
-    let all = format!("0..{FRAMES}");
-    meniscus(&["render", data.as_str(), "-o", film.as_str(), "--frames", &all, "--size", &options.size])?;
+    meniscus(&["render", data.as_str(), "-o", film.as_str(), "--frames", "0..", "--size", &options.size])?;
 
     let written = count_pngs(folder.as_std_path())?;
     if written != FRAMES + 1 {
@@ -93,6 +92,15 @@ pub fn run(options: &Options) -> Result<()> {
     println!("picture    {still}");
     println!("film       {film}");
     Ok(())
+}
+
+/// Checked here, not by meniscus, which is built first: nobody should wait minutes for a typing error.
+fn size(text: &str) -> std::result::Result<String, String> {
+    let is_side = |side: &str| side.parse::<u32>().is_ok_and(|pixels| pixels > 0);
+    match text.split_once('x') {
+        Some((width, height)) if is_side(width) && is_side(height) => Ok(text.to_owned()),
+        _ => Err("expected width and height in pixels, as in 1280x720".to_owned()),
+    }
 }
 
 /// An earlier run must not leave frames among ours.
@@ -113,6 +121,14 @@ fn count_pngs(folder: &Path) -> Result<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn sizes_are_two_positive_numbers() {
+        assert_eq!(size("1280x720"), Ok("1280x720".to_owned()));
+        for wrong in ["", "1280", "1280x", "0x720", "1280*720", "-1x5", "axb"] {
+            assert!(size(wrong).is_err(), "{wrong:?}");
+        }
+    }
 
     #[test]
     fn pictures_of_an_earlier_run_are_neither_kept_nor_counted() {
