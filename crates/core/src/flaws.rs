@@ -104,3 +104,11 @@ impl Flaws {
         self.0.is_empty()
     }
 }
+
+impl FromIterator<Flaw> for Flaws {
+    fn from_iter<I: IntoIterator<Item = Flaw>>(flaws: I) -> Self {
+        let mut all = Self::default();
+        flaws.into_iter().for_each(|flaw| all.add(flaw));
+        all
+    }
+}

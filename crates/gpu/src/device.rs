@@ -3,6 +3,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
+use etcetera::BaseStrategy;
 use meniscus_core::Flaw;
 
 use crate::adapter::{self, AdapterChoice, AdapterSummary};
@@ -194,7 +195,7 @@ impl Drop for Gpu {
 
 fn open_cache(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Option<(wgpu::PipelineCache, PathBuf)> {
     let key = wgpu::util::pipeline_cache_key(info)?;
-    let path = directories::ProjectDirs::from("", "", "meniscus")?.cache_dir().join(key);
+    let path = etcetera::choose_base_strategy().ok()?.cache_dir().join("meniscus").join(key);
     let data = fs::read(&path).ok();
     // SAFETY: the file was written by `get_data` under the key of this adapter and driver; with `fallback`, a driver that
     // does not like it starts empty.

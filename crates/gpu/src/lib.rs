@@ -22,7 +22,7 @@ pub use device::{Gpu, GpuMemory};
 pub use error::GpuError;
 pub use layout::{HostField, HostStruct};
 pub use pipeline::{ComputePipeline, ComputePipelineDescriptor, RasterPipeline, RasterPipelineDescriptor};
-pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing};
+pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing, process_cpu_ms};
 pub use resource::{Buffer, Image, Texture};
 pub use role::{Role, TextureRole};
 pub use shader::{COMMON, Definition, Shader, compose};

@@ -385,7 +385,7 @@ fn add_cost(costs: &mut Vec<StageCost>, name: &str, add: impl FnOnce(&mut StageC
 }
 
 /// User + system milliseconds of this process so far.
-fn process_cpu_ms() -> f64 {
+pub fn process_cpu_ms() -> f64 {
     let t = rustix::time::clock_gettime(rustix::time::ClockId::ProcessCPUTime);
     t.tv_sec as f64 * 1e3 + t.tv_nsec as f64 / 1e6
 }
