@@ -1,1 +1,28 @@
-//! Readers for VTK particle files and their series.
+//! Readers for VTK particle files and their series, and a small writer.
+//!
+//! [`Series::open`] takes what users have: a file, a `.pvd` or `.series` file, a folder, a glob or a pattern. Files are
+//! memory-mapped; only positions, identities and the attributes asked for are decoded, straight to the type wanted.
+//!
+//! Layers, bottom first: `codec` and `scalar` turn bytes into numbers, `array` knows where an array's bytes lie, `format`
+//! finds the arrays of a file, `dataset` and `frame_data` put pieces and parts together, `discover` finds the files of a
+//! series, `analysis` finds out what users were not asked, and `series` is what everybody else sees.
+
+mod analysis;
+mod array;
+mod codec;
+mod dataset;
+mod discover;
+mod error;
+pub mod expression;
+mod format;
+mod frame_data;
+mod info;
+mod mapped;
+mod options;
+mod scalar;
+mod series;
+
+pub use error::Error;
+pub use info::{AttributeSummary, FrameInfo, SetSummary, ValueCount};
+pub use options::{SeriesOptions, SetSpec};
+pub use series::Series;

@@ -1,0 +1,152 @@
+//! Walls in the same file as the water: particles of a kind that never moves, or that encloses the others.
+
+use meniscus_core::Cancel;
+
+use super::names;
+use crate::Error;
+use crate::frame_data::FrameData;
+use crate::info::value_counts;
+use crate::scalar::{ToF32, ToF64};
+
+/// Kinds of particles of which some look like walls.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct Walls {
+    /// The flag that hides them, ready to paste.
+    pub flag: String,
+    /// Which particles they are.
+    pub members: Vec<bool>,
+}
+
+/// A share of the fastest group's motion below which a group stands still.
+const STILL: f64 = 1e-3;
+
+/// Share of a group's particles near the faces of its box that makes it a shell.
+const SHELL_SHARE: f64 = 0.9;
+
+/// Looks for walls among the `selected` particles of `frame`. `later`: positions of the same particles at another time.
+pub(crate) fn find(
+    frame: &FrameData,
+    positions: &[[f32; 3]],
+    selected: &[bool],
+    later: Option<&[[f32; 3]]>,
+    cancel: &Cancel,
+) -> Result<Option<Walls>, Error> {
+    for name in names::KIND {
+        let kind = frame
+            .attributes()
+            .iter()
+            .find(|a| a.components == 1 && a.ty.is_integer() && a.name.eq_ignore_ascii_case(name));
+        let Some(kind) = kind else { continue };
+        let values = frame.values(kind, &ToF64, cancel)?;
+        let chosen: Vec<f64> =
+            values.iter().zip(selected).filter(|(_, selected)| **selected).map(|(value, _)| *value).collect();
+        let Some(counts) = value_counts(&chosen).filter(|counts| counts.len() > 1) else { continue };
+        let groups: Vec<i64> = counts.iter().map(|count| count.value).collect();
+        let group_of =
+            |point: usize| groups.iter().position(|&g| g == values[point] as i64).filter(|_| selected[point]);
+        let walls = match motion(frame, positions, later, groups.len(), &group_of, cancel)? {
+            Some(motion) => standing_still(&motion),
+            None => shells(positions, groups.len(), &group_of),
+        };
+        if !walls.contains(&true) || walls.iter().all(|wall| *wall) {
+            continue;
+        }
+        let keep: Vec<String> =
+            groups.iter().zip(&walls).filter(|(_, wall)| !**wall).map(|(g, _)| g.to_string()).collect();
+        let name = quoted(&kind.name);
+        let flag = match keep.as_slice() {
+            [one] => format!("--where '{name} == {one}'"),
+            several => format!("--where '{name} in ({})'", several.join(", ")),
+        };
+        let members = (0..values.len()).map(|i| group_of(i).is_some_and(|group| walls[group])).collect();
+        return Ok(Some(Walls { flag, members }));
+    }
+    Ok(None)
+}
+
+/// A name as the expression grammar wants it.
+fn quoted(name: &str) -> String {
+    let bare = name.chars().all(|c| c.is_alphanumeric() || c == '_')
+        && !name.starts_with(|c: char| c.is_ascii_digit());
+    if bare { name.to_owned() } else { format!("\"{name}\"") }
+}
+
+/// Root mean square of each group's displacement, else of its velocity; `None` when nothing moves or nothing tells.
+fn motion(
+    frame: &FrameData,
+    positions: &[[f32; 3]],
+    later: Option<&[[f32; 3]]>,
+    groups: usize,
+    group_of: &impl Fn(usize) -> Option<usize>,
+    cancel: &Cancel,
+) -> Result<Option<Vec<f64>>, Error> {
+    if let Some(later) = later {
+        let moved = |i: usize| std::array::from_fn(|axis| later[i][axis] - positions[i][axis]);
+        let motion = root_mean_squares(positions.len(), groups, group_of, moved);
+        if motion.iter().any(|&m| m > 0.0) {
+            return Ok(Some(motion));
+        }
+    }
+    let Some(velocity) = names::find(frame, names::VELOCITY, 3) else { return Ok(None) };
+    let values = frame.values(velocity, &ToF32, cancel)?;
+    let velocities = values.as_chunks::<3>().0;
+    let motion = root_mean_squares(velocities.len(), groups, group_of, |i| velocities[i]);
+    Ok(Some(motion).filter(|motion| motion.iter().any(|&m| m > 0.0)))
+}
+
+fn root_mean_squares(
+    count: usize,
+    groups: usize,
+    group_of: &impl Fn(usize) -> Option<usize>,
+    vector: impl Fn(usize) -> [f32; 3],
+) -> Vec<f64> {
+    let mut sums = vec![(0.0, 0.0); groups];
+    for i in 0..count {
+        let square: f64 = vector(i).iter().map(|&c| f64::from(c).powi(2)).sum();
+        if let Some(group) = group_of(i).filter(|_| square.is_finite()) {
+            sums[group].0 += square;
+            sums[group].1 += 1.0;
+        }
+    }
+    sums.into_iter().map(|(sum, count)| if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }).collect()
+}
+
+fn standing_still(motion: &[f64]) -> Vec<bool> {
+    let fastest = motion.iter().copied().fold(0.0, f64::max);
+    motion.iter().map(|&m| m < STILL * fastest).collect()
+}
+
+/// Groups whose box holds all others' boxes and whose particles lie near its faces.
+fn shells(positions: &[[f32; 3]], groups: usize, group_of: &impl Fn(usize) -> Option<usize>) -> Vec<bool> {
+    let mut boxes = vec![([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]); groups];
+    for (i, point) in positions.iter().enumerate() {
+        let Some(group) = group_of(i) else { continue };
+        let (low, high) = &mut boxes[group];
+        for (axis, &c) in point.iter().enumerate() {
+            low[axis] = low[axis].min(c);
+            high[axis] = high[axis].max(c);
+        }
+    }
+    let encloses = |group: usize| {
+        let (low, high) = boxes[group];
+        boxes.iter().all(|(l, h)| (0..3).all(|axis| low[axis] <= l[axis] && h[axis] <= high[axis]))
+    };
+    let near_faces = |group: usize| {
+        let (low, high) = boxes[group];
+        let mut counts = (0.0, 0.0);
+        for (i, point) in positions.iter().enumerate() {
+            if group_of(i) != Some(group) {
+                continue;
+            }
+            counts.1 += 1.0;
+            // A tenth of the box: walls are a few layers thick.
+            let near = (0..3).any(|axis| {
+                let margin = 0.1 * (high[axis] - low[axis]);
+                point[axis] < low[axis] + margin || point[axis] > high[axis] - margin
+            });
+            counts.0 += f64::from(u8::from(near));
+        }
+        counts.0 / f64::max(counts.1, 1.0)
+    };
+    (0..groups).map(|group| encloses(group) && near_faces(group) > SHELL_SHARE).collect()
+}

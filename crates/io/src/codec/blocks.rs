@@ -1,0 +1,177 @@
+//! VTK's compressed arrays: a table of block sizes, then the blocks, each compressed on its own.
+
+use std::io::Read;
+use std::ops::Range;
+
+use flate2::{Decompress, FlushDecompress, Status};
+use lzma_rust2::XzReader;
+
+/// How blocks are compressed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Compressor {
+    Zlib,
+    Lz4,
+    Lzma,
+}
+
+/// Memory an xz stream may ask for, KiB: twice the largest dictionary of its presets (64 MiB).
+const XZ_MEMORY_KIB: u32 = 128 << 10;
+
+impl Compressor {
+    /// From VTK's class name.
+    pub fn from_name(name: &str) -> Option<Self> {
+        match name {
+            "vtkZLibDataCompressor" => Some(Self::Zlib),
+            "vtkLZ4DataCompressor" => Some(Self::Lz4),
+            "vtkLZMADataCompressor" => Some(Self::Lzma),
+            _ => None,
+        }
+    }
+
+    /// The most bytes that one compressed byte can stand for; a table that claims more lies. Deflate: 1032 (zlib's technical
+    /// notes); LZ4: 255 (one length byte); LZMA: about 7090 measured for constant input, doubled.
+    fn max_ratio(self) -> usize {
+        match self {
+            Self::Zlib => 1032,
+            Self::Lz4 => 255,
+            Self::Lzma => 14_180,
+        }
+    }
+
+    /// Decompresses `block` into exactly `out`.
+    pub fn decompress(self, block: &[u8], out: &mut [u8]) -> Result<(), String> {
+        let expected = out.len();
+        let wrong_size = |found: usize| format!("the block holds {found} bytes, expected {expected}");
+        match self {
+            Self::Zlib => {
+                let mut inflate = Decompress::new(true);
+                match inflate.decompress(block, out, FlushDecompress::Finish) {
+                    Ok(Status::StreamEnd) if inflate.total_out() == expected as u64 => Ok(()),
+                    Ok(Status::StreamEnd) => Err(wrong_size(inflate.total_out() as usize)),
+                    Ok(_) if inflate.total_out() == expected as u64 => {
+                        Err(format!("the block is cut off or holds more than the {expected} bytes expected"))
+                    }
+                    Ok(_) => Err("the zlib stream is cut off".into()),
+                    Err(e) => Err(format!("broken zlib stream ({e})")),
+                }
+            }
+            Self::Lz4 => match lz4_flex::block::decompress_into(block, out) {
+                Ok(found) if found == expected => Ok(()),
+                Ok(found) => Err(wrong_size(found)),
+                Err(e) => Err(format!("broken LZ4 block ({e})")),
+            },
+            Self::Lzma => {
+                let mut reader = XzReader::new_mem_limit(block, false, XZ_MEMORY_KIB);
+                reader.read_exact(out).map_err(|e| format!("broken xz stream ({e})"))?;
+                match reader.read(&mut [0]) {
+                    Ok(0) => Ok(()),
+                    Ok(_) => Err(format!("the block holds more than the {expected} bytes expected")),
+                    Err(e) => Err(format!("broken xz stream ({e})")),
+                }
+            }
+        }
+    }
+}
+
+/// Where each compressed block lies, checked against the array's size and the bytes that are there.
+#[derive(Debug)]
+pub(crate) struct BlockTable {
+    /// Uncompressed size of all blocks but a shorter last one.
+    pub block_size: usize,
+    /// Uncompressed size of the array.
+    pub total: usize,
+    /// Byte ranges of the compressed blocks, from the first block's start.
+    pub blocks: Vec<Range<usize>>,
+}
+
+impl BlockTable {
+    /// Reads the table through `word`, which gives its `i`-th number (`None` beyond the end of the data): number of blocks,
+    /// block size, size of a shorter last block (0 for none), compressed sizes. `total` is the array's size in bytes;
+    /// `available` the bytes behind the table, given its number of words.
+    pub fn read(
+        compressor: Compressor,
+        total: usize,
+        word: impl Fn(usize) -> Option<u64>,
+        available: impl Fn(usize) -> usize,
+    ) -> Result<Self, String> {
+        let at = |i: usize| {
+            word(i)
+                .and_then(|v| usize::try_from(v).ok())
+                .ok_or_else(|| "the block table runs past the end of the data".to_owned())
+        };
+        let count = at(0)?;
+        if count == 0 {
+            return if total == 0 {
+                Ok(Self { block_size: 1, total, blocks: Vec::new() })
+            } else {
+                Err(format!("the block table is empty, expected {total} bytes of data"))
+            };
+        }
+        let (block_size, last) = (at(1)?, at(2)?);
+        let full_blocks = if last == 0 { count } else { count - 1 };
+        let declared = full_blocks.checked_mul(block_size).and_then(|bytes| bytes.checked_add(last));
+        if block_size == 0 || last > block_size || declared != Some(total) {
+            return Err(format!(
+                "{count} blocks of {block_size} bytes (last {last}) do not make the expected {total} bytes"
+            ));
+        }
+        let words = count.checked_add(3).ok_or("the number of blocks overflows")?;
+        // The last word is asked for first: it shows that the file backs the table before memory is taken for it.
+        at(words - 1)?;
+        let available = available(words);
+        let mut blocks = Vec::with_capacity(count);
+        let mut start = 0_usize;
+        for i in 0..count {
+            let size = at(3 + i)?;
+            let raw = if i + 1 == count && last != 0 { last } else { block_size };
+            let end = start.checked_add(size).filter(|&end| end <= available).ok_or_else(|| {
+                format!("block {i} of {size} bytes runs past the end of the data ({available} bytes)")
+            })?;
+            // 64: room for headers and check sums of tiny blocks.
+            if raw > size.saturating_mul(compressor.max_ratio()).saturating_add(64) {
+                return Err(format!("block {i} claims to unpack {size} bytes into {raw}, which cannot be"));
+            }
+            blocks.push(start..end);
+            start = end;
+        }
+        Ok(Self { block_size, total, blocks })
+    }
+
+    /// Uncompressed size of block `i`.
+    pub fn raw_size(&self, i: usize) -> usize {
+        self.block_size.min(self.total - i * self.block_size)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn read(total: usize, words: &[u64], available: usize) -> Result<BlockTable, String> {
+        BlockTable::read(Compressor::Zlib, total, |i| words.get(i).copied(), |_| available)
+    }
+
+    #[test]
+    fn a_sound_table_is_accepted() {
+        let table = read(250, &[3, 100, 50, 10, 20, 30], 60).expect("sound");
+        assert_eq!(table.blocks, [0..10, 10..30, 30..60]);
+        assert_eq!([0, 1, 2].map(|i| table.raw_size(i)), [100, 100, 50]);
+    }
+
+    #[test]
+    fn lies_are_refused() {
+        for (what, total, words) in [
+            ("wrong total", 251, &[3, 100, 50, 10, 20, 30][..]),
+            ("block size zero", 250, &[3, 0, 50, 10, 20, 30]),
+            ("last longer than a block", 350, &[3, 100, 150, 10, 20, 30]),
+            ("count overflow", 250, &[u64::MAX, 100, 50, 10, 20, 30]),
+            ("size overflow", 250, &[3, u64::MAX, 50, 10, 20, 30]),
+            ("past the end", 250, &[3, 100, 50, 10, 20, 31]),
+            ("table cut off", 250, &[3, 100, 50, 10, 20]),
+            ("ratio", 250_000, &[3, 100_000, 50_000, 10, 20, 30]),
+            ("empty", 250, &[0]),
+        ] {
+            assert!(read(total, words, 60).is_err(), "{what}");
+        }
+    }
+}

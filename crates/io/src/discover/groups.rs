@@ -1,0 +1,82 @@
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+
+use meniscus_core::Choice;
+
+use super::{Found, TimeStep, file, names};
+use crate::Error;
+
+/// Extensions of particle files.
+const PARTICLE_FILES: [&str; 5] = ["vtk", "vtu", "vtp", "pvtu", "pvtp"];
+
+/// Words in a name that say that it holds the liquid, and that it holds something else.
+const LIQUID_WORDS: [&str; 3] = ["fluid", "water", "liquid"];
+const OTHER_WORDS: [&str; 9] = ["wall", "bound", "solid", "soil", "rigid", "sphere", "body", "mesh", "box"];
+
+/// A series among several.
+struct Candidate {
+    name: String,
+    /// A collection file, which knows the times.
+    collection: bool,
+    steps: Vec<TimeStep>,
+}
+
+impl Candidate {
+    fn rank(&self) -> impl Ord + use<> {
+        let lower = self.name.to_ascii_lowercase();
+        let has = |words: &[&str]| words.iter().any(|word| lower.contains(word));
+        let hint = i32::from(has(&LIQUID_WORDS)) - i32::from(has(&OTHER_WORDS));
+        let several_parts = self.steps.iter().any(|step| step.files.len() > 1);
+        (hint, self.steps.len(), self.collection, !several_parts)
+    }
+
+    fn describe(&self) -> String {
+        let frames = self.steps.len();
+        format!("{} ({frames} frame{})", self.name, if frames == 1 { "" } else { "s" })
+    }
+}
+
+/// Sorts `files`, found at `place`, into series and chooses one; series are never mixed.
+pub(super) fn choose(place: &Path, files: Vec<PathBuf>) -> Result<Found, Error> {
+    let mut candidates = Vec::new();
+    let mut groups: BTreeMap<(PathBuf, String), Vec<(String, PathBuf)>> = BTreeMap::new();
+    for path in files {
+        let Some(name) = path.file_name().map(|name| name.to_string_lossy().into_owned()) else { continue };
+        let extension = names::extension(&path);
+        if extension == "pvd" || extension == "series" {
+            // A broken collection does not hide the files beside it.
+            if let Ok(found) = file(&path) {
+                candidates.push(Candidate { name, collection: true, steps: found.steps });
+            }
+        } else if PARTICLE_FILES.contains(&extension.as_str()) {
+            let folder = path.parent().map(Path::to_owned).unwrap_or_default();
+            groups.entry((folder, names::stem(&name))).or_default().push((name, path));
+        }
+    }
+    for ((_, stem), mut group) in groups {
+        group.sort_by(|a, b| names::natural(&a.0, &b.0));
+        let name = if group.len() == 1 { group[0].0.clone() } else { stem.replace('#', "*") };
+        let steps = group.into_iter().map(|(_, path)| TimeStep { time: None, files: vec![path] }).collect();
+        candidates.push(Candidate { name, collection: false, steps });
+    }
+    // Pieces of parallel files and files of a collection are series of their own here; the rank puts the collection first.
+    candidates.sort_by(|a, b| b.rank().cmp(&a.rank()).then_with(|| names::natural(&a.name, &b.name)));
+    let mut candidates = candidates.into_iter();
+    let Some(chosen) = candidates.next() else {
+        return Err(Error::Empty {
+            file: place.to_owned(),
+            message: "no particle file here; expected .vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd or .series".into(),
+        });
+    };
+    let others: Vec<String> = candidates.map(|candidate| candidate.describe()).collect();
+    let mut choices = Vec::new();
+    if !others.is_empty() {
+        choices.push(Choice {
+            what: "series".into(),
+            value: chosen.describe(),
+            reason: format!("not mixed with the others here: {}", others.join(", ")),
+            flag: "INPUT, the name of one of them".into(),
+        });
+    }
+    Ok(Found { steps: chosen.steps, choices })
+}

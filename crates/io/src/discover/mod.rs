@@ -1,0 +1,123 @@
+//! Which files make a series, and in which order.
+
+mod collection;
+mod groups;
+mod names;
+
+use std::path::{Path, PathBuf};
+
+use meniscus_core::Choice;
+
+use crate::Error;
+use crate::format::Format;
+use crate::format::xml::{self, Document};
+use crate::mapped::MappedFile;
+
+/// One time of a series.
+#[derive(Clone, Debug, PartialEq)]
+pub(crate) struct TimeStep {
+    pub time: Option<f64>,
+    /// Its parts; at least one.
+    pub files: Vec<PathBuf>,
+}
+
+/// A series and the choices made on the way.
+pub(crate) struct Found {
+    pub steps: Vec<TimeStep>,
+    pub choices: Vec<Choice>,
+}
+
+/// Finds the series that `input` means: a particle file, a collection, a folder, a glob, or a printf-like pattern.
+pub(crate) fn discover(input: &Path) -> Result<Found, Error> {
+    if input.is_dir() {
+        return folder(input);
+    }
+    if input.exists() {
+        return file(input);
+    }
+    let text = input.to_string_lossy();
+    if let Some(pattern) = names::NumberPattern::parse(input) {
+        return numbered(input, &pattern);
+    }
+    if text.contains(['*', '?', '[']) {
+        return glob(input, &text);
+    }
+    Err(Error::NotFound { file: input.to_owned() })
+}
+
+fn file(path: &Path) -> Result<Found, Error> {
+    let mapped = MappedFile::open(path)?;
+    let steps = match Format::sniff(&mapped)? {
+        Format::SeriesJson => collection::from_json(&mapped)?,
+        Format::Xml if looks_like_collection(&mapped) => match xml::parse(&mapped)? {
+            Document::Collection(entries) => collection::from_entries(&mapped, &entries)?,
+            _ => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
+        },
+        Format::Xml | Format::Legacy => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
+    };
+    Ok(Found { steps, choices: Vec::new() })
+}
+
+/// Whether the root element speaks of a collection; a data set is not scanned to its end just to be opened.
+fn looks_like_collection(file: &MappedFile) -> bool {
+    file[..file.len().min(1024)].windows(10).any(|word| word == b"Collection")
+}
+
+fn list(folder: &Path) -> Result<Vec<PathBuf>, Error> {
+    let io = |e: std::io::Error| Error::io(folder, &e);
+    let mut files = Vec::new();
+    for entry in std::fs::read_dir(folder).map_err(io)? {
+        let path = entry.map_err(io)?.path();
+        if path.is_file() {
+            files.push(path);
+        }
+    }
+    Ok(files)
+}
+
+fn folder(folder: &Path) -> Result<Found, Error> {
+    groups::choose(folder, list(folder)?)
+}
+
+fn glob(input: &Path, pattern: &str) -> Result<Found, Error> {
+    let paths = glob::glob(pattern)
+        .map_err(|e| Error::usage(format_args!("the pattern {pattern:?} cannot be understood: {e}")))?;
+    let files = paths.filter_map(Result::ok).filter(|path| path.is_file()).collect();
+    groups::choose(input, files)
+}
+
+fn numbered(input: &Path, pattern: &names::NumberPattern) -> Result<Found, Error> {
+    let folder = input.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| ".".as_ref());
+    let mut files: Vec<(u64, PathBuf)> = list(folder)?
+        .into_iter()
+        .filter_map(|path| {
+            let number = pattern.number_of(&path.file_name()?.to_string_lossy())?;
+            Some((number, path))
+        })
+        .collect();
+    files.sort();
+    let (Some(first), Some(last)) = (files.first(), files.last()) else {
+        return Err(Error::Empty {
+            file: input.to_owned(),
+            message: "no file fits this pattern; expected e.g. frame_0001.vtu for frame_%04d.vtu".into(),
+        });
+    };
+    let span = last.0 - first.0 + 1;
+    let mut choices = Vec::new();
+    // Solvers that number by time step leave regular gaps; only a few missing numbers are worth a word.
+    if span > files.len() as u64 && span < 2 * files.len() as u64 {
+        choices.push(Choice {
+            what: "frames".into(),
+            value: format!("{} files", files.len()),
+            reason: format!(
+                "{} of the numbers {} to {} are missing",
+                span - files.len() as u64,
+                first.0,
+                last.0
+            ),
+            flag: "INPUT".into(),
+        });
+    }
+    let steps = files.into_iter().map(|(_, path)| TimeStep { time: None, files: vec![path] }).collect();
+    Ok(Found { steps, choices })
+}

@@ -1,0 +1,33 @@
+//! Legacy `.vtk` files, ASCII and binary (big endian), versions 1.0 to 5.1.
+//!
+//! Sections follow one another without a directory, so the file is walked: binary payloads are stepped over, text is skipped
+//! number by number. Nothing is converted here.
+
+mod cursor;
+mod grid;
+mod sections;
+
+use crate::Error;
+use crate::dataset::Dataset;
+use crate::format::legacy::cursor::Cursor;
+use crate::format::legacy::sections::Sections;
+pub(crate) use crate::format::legacy::sections::is_time;
+use crate::format::starts_with_ignore_case;
+use crate::mapped::MappedFile;
+
+/// Finds the points and attributes of `file`.
+pub(crate) fn parse(file: &MappedFile) -> Result<Dataset, Error> {
+    let mut cursor = Cursor::new(file);
+    let magic = cursor.line();
+    if !starts_with_ignore_case(magic.trim_ascii_start(), b"# vtk datafile version") {
+        return Err(cursor.malformed("expected `# vtk DataFile Version`"));
+    }
+    cursor.line(); // The title: any text, any encoding.
+    let mode = cursor.word("ASCII or BINARY")?;
+    cursor.binary = match mode.as_str() {
+        "ascii" => false,
+        "binary" => true,
+        other => return Err(cursor.malformed(format_args!("expected ASCII or BINARY, found {other:?}"))),
+    };
+    Sections::new(cursor).walk()
+}

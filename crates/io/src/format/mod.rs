@@ -1,0 +1,42 @@
+//! File formats: what a file is by its first bytes, and where its arrays lie.
+
+pub(crate) mod legacy;
+pub(crate) mod parallel;
+pub(crate) mod xml;
+
+use crate::Error;
+use crate::mapped::MappedFile;
+
+/// What a file is, by its content; names lie.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Format {
+    Legacy,
+    Xml,
+    SeriesJson,
+}
+
+impl Format {
+    /// Looks at the first bytes.
+    pub fn sniff(file: &MappedFile) -> Result<Self, Error> {
+        let unsupported = |what: &str| {
+            Err(Error::unsupported(
+                file.path(),
+                format_args!("{what}; expected a VTK file (.vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd or .series)"),
+            ))
+        };
+        let text = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file).trim_ascii_start();
+        match text {
+            [] => Err(Error::malformed(file.path(), "byte 0", "the file is empty; expected a VTK file")),
+            _ if starts_with_ignore_case(text, b"# vtk datafile") => Ok(Self::Legacy),
+            [b'<', ..] => Ok(Self::Xml),
+            [b'{', ..] => Ok(Self::SeriesJson),
+            [0x1f, 0x8b, ..] => unsupported("gzip data; unpack it with gunzip first"),
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => unsupported("UTF-16 text; save it as UTF-8"),
+            _ => unsupported("neither a legacy nor an XML VTK file"),
+        }
+    }
+}
+
+pub(crate) fn starts_with_ignore_case(text: &[u8], prefix: &[u8]) -> bool {
+    text.get(..prefix.len()).is_some_and(|head| head.eq_ignore_ascii_case(prefix))
+}

@@ -1,0 +1,414 @@
+use std::ops::Range;
+use std::str::FromStr;
+
+use meniscus_core::Cancel;
+
+use super::{Attributes, CollectionEntry, Document};
+use crate::Error;
+use crate::array::{Bytes, Content, DataArray};
+use crate::codec::blocks::Compressor;
+use crate::dataset::{Cells, Dataset, Piece};
+use crate::format::legacy::is_time;
+use crate::mapped::MappedFile;
+use crate::scalar::{ScalarType, ToF64};
+
+/// The part of a data set that an array belongs to.
+#[derive(Clone, Copy, Debug, PartialEq)]
+enum Section {
+    Field,
+    PointData,
+    Points,
+    Cells,
+    Other,
+}
+
+/// Settings of the `VTKFile` element.
+#[derive(Clone, Debug, Default)]
+struct Settings {
+    kind: String,
+    big: bool,
+    wide_header: bool,
+    compressor: Option<Compressor>,
+    /// A compressor that is not known; fatal for the first array that needs it.
+    unknown_compressor: Option<String>,
+}
+
+/// A `Piece` element as far as it was read.
+#[derive(Default)]
+struct OpenPiece {
+    points: usize,
+    cells: usize,
+    faces: u64,
+    verts: u64,
+    positions: Option<Declared>,
+    attributes: Vec<Declared>,
+    types: Option<Declared>,
+}
+
+/// A `DataArray` element.
+struct Declared {
+    section: Section,
+    name: String,
+    components: usize,
+    ty: ScalarType,
+    /// In the appended data; else in `bytes`.
+    offset: Option<usize>,
+    ascii: bool,
+    bytes: Option<Bytes>,
+    tuples: Option<usize>,
+}
+
+/// Where the appended data starts and ends.
+struct Appended {
+    range: Range<usize>,
+    base64: bool,
+}
+
+/// Builds a document from the elements of a file.
+pub(super) struct Builder<'a> {
+    file: &'a MappedFile,
+    settings: Option<Settings>,
+    piece: Option<OpenPiece>,
+    pieces: Vec<OpenPiece>,
+    field: Vec<Declared>,
+    array: Option<Declared>,
+    sources: Vec<String>,
+    entries: Vec<CollectionEntry>,
+    appended: Option<Appended>,
+    has_appended_text: bool,
+}
+
+impl<'a> Builder<'a> {
+    pub fn new(file: &'a MappedFile) -> Self {
+        Self {
+            file,
+            settings: None,
+            piece: None,
+            pieces: Vec::new(),
+            field: Vec::new(),
+            array: None,
+            sources: Vec::new(),
+            entries: Vec::new(),
+            appended: None,
+            has_appended_text: false,
+        }
+    }
+
+    fn malformed(&self, place: &str, message: impl std::fmt::Display) -> Error {
+        Error::malformed(self.file.path(), place, message)
+    }
+
+    /// An element opens below the elements `open`.
+    pub fn start(
+        &mut self,
+        open: &[String],
+        name: &str,
+        attributes: &Attributes,
+        at: u64,
+    ) -> Result<(), Error> {
+        let Some(settings) = &self.settings else {
+            if name != "VTKFile" {
+                return Err(Error::unsupported(
+                    self.file.path(),
+                    format_args!("an XML file that starts with <{name}>; expected <VTKFile>"),
+                ));
+            }
+            self.settings = Some(self.settings(attributes)?);
+            return Ok(());
+        };
+        if open.is_empty() {
+            return Err(self.malformed(&format!("byte {at}"), "a second root element"));
+        }
+        match name {
+            "Piece" if settings.kind.starts_with('P') && attributes.get("source").is_some() => {
+                self.sources.extend(attributes.get("source").map(str::to_owned));
+            }
+            "Piece" => {
+                let count =
+                    |name: &str| self.number(attributes, name, "Piece").map(Option::unwrap_or_default);
+                self.piece = Some(OpenPiece {
+                    points: count("numberofpoints")?,
+                    cells: count("numberofcells")?,
+                    verts: count("numberofverts")? as u64,
+                    faces: (count("numberofpolys")? as u64)
+                        .saturating_add(count("numberofstrips")? as u64)
+                        .saturating_add(count("numberoflines")? as u64),
+                    ..OpenPiece::default()
+                });
+            }
+            "DataSet" if settings.kind == "Collection" => self.collection_entry(attributes)?,
+            "DataArray" => self.open_array(open, attributes)?,
+            _ => {}
+        }
+        Ok(())
+    }
+
+    fn settings(&self, attributes: &Attributes) -> Result<Settings, Error> {
+        let kind = attributes.get("type").unwrap_or_default().to_owned();
+        if !matches!(
+            kind.as_str(),
+            "UnstructuredGrid" | "PolyData" | "PUnstructuredGrid" | "PPolyData" | "Collection"
+        ) {
+            let message =
+                format!("data of type {kind:?}; expected UnstructuredGrid, PolyData or a collection");
+            return Err(Error::unsupported(self.file.path(), message));
+        }
+        let big = match attributes.get("byte_order") {
+            Some("BigEndian") => true,
+            Some("LittleEndian") | None => false,
+            Some(other) => {
+                let message = format!("byte_order={other:?}, expected LittleEndian or BigEndian");
+                return Err(self.malformed("element VTKFile", message));
+            }
+        };
+        let wide_header = match attributes.get("header_type") {
+            Some("UInt64") => true,
+            Some("UInt32") | None => false,
+            Some(other) => {
+                let message = format!("header_type={other:?}, expected UInt32 or UInt64");
+                return Err(self.malformed("element VTKFile", message));
+            }
+        };
+        let name = attributes.get("compressor").filter(|name| !name.is_empty());
+        let compressor = name.and_then(Compressor::from_name);
+        let unknown_compressor = name.filter(|_| compressor.is_none()).map(str::to_owned);
+        Ok(Settings { kind, big, wide_header, compressor, unknown_compressor })
+    }
+
+    fn number<T: FromStr>(
+        &self,
+        attributes: &Attributes,
+        name: &str,
+        element: &str,
+    ) -> Result<Option<T>, Error> {
+        let Some(text) = attributes.get(name) else { return Ok(None) };
+        let message = format!("{name}={text:?}, expected a whole number that is not negative");
+        text.parse().map(Some).map_err(|_| self.malformed(&format!("element {element}"), message))
+    }
+
+    fn collection_entry(&mut self, attributes: &Attributes) -> Result<(), Error> {
+        let Some(file) = attributes.get("file") else {
+            return Err(self.malformed("element DataSet", "no file attribute"));
+        };
+        let time = attributes.get("timestep").and_then(|time| time.parse().ok());
+        let part = attributes.get("part").and_then(|part| part.parse().ok()).unwrap_or(0);
+        self.entries.push(CollectionEntry { time, part, file: file.to_owned() });
+        Ok(())
+    }
+
+    fn open_array(&mut self, open: &[String], attributes: &Attributes) -> Result<(), Error> {
+        let section = match open.last().map(String::as_str) {
+            Some("FieldData") => Section::Field,
+            Some("PointData") => Section::PointData,
+            Some("Points") => Section::Points,
+            Some("Cells") => Section::Cells,
+            _ => Section::Other,
+        };
+        let name = attributes.get("name").unwrap_or_default().to_owned();
+        let place = format!("DataArray {name:?}");
+        // Arrays that are never read may be of any type; they are stepped over.
+        let Some(ty) = attributes.get("type").and_then(ScalarType::from_xml) else {
+            if section == Section::Points {
+                let message = format!("type {:?}, expected Float32 or Float64", attributes.get("type"));
+                return Err(self.malformed(&place, message));
+            }
+            return Ok(());
+        };
+        let format = attributes.get("format").unwrap_or("ascii");
+        if !["ascii", "binary", "appended"].contains(&format) {
+            let message = format!("format={format:?}, expected ascii, binary or appended");
+            return Err(self.malformed(&place, message));
+        }
+        let offset = match format {
+            "appended" => Some(
+                self.number(attributes, "offset", &place)?
+                    .ok_or_else(|| self.malformed(&place, "appended data without an offset"))?,
+            ),
+            _ => None,
+        };
+        self.array = Some(Declared {
+            section,
+            components: self.number(attributes, "numberofcomponents", &place)?.unwrap_or(1),
+            tuples: self.number(attributes, "numberoftuples", &place)?,
+            name,
+            ty,
+            offset,
+            ascii: format == "ascii",
+            bytes: None,
+        });
+        Ok(())
+    }
+
+    /// Text outside of arrays at `range` of the file: the content of `AppendedData`, or blanks.
+    pub fn text(&mut self, range: Range<usize>) {
+        if std::mem::take(&mut self.has_appended_text)
+            && let Some(appended) = &mut self.appended
+        {
+            appended.range.end = appended.range.end.min(range.end);
+        }
+    }
+
+    /// Text of the open array at `range` of the file.
+    pub fn array_text(&mut self, range: Range<usize>) {
+        // Blanks around child elements and comments would only force a copy.
+        if self.file[range.clone()].trim_ascii_start().is_empty() {
+            return;
+        }
+        let Some(array) = &mut self.array else { return };
+        match &array.bytes {
+            None => array.bytes = Some(Bytes::File(range)),
+            Some(_) => self.owned_text(&self.file[range]),
+        }
+    }
+
+    /// Text that is not contiguous in the file with the text before it.
+    pub fn owned_text(&mut self, text: &[u8]) {
+        let Some(array) = &mut self.array else { return };
+        let mut whole = match array.bytes.take() {
+            None => Vec::new(),
+            Some(Bytes::File(range)) => self.file[range].to_vec(),
+            Some(Bytes::Owned(bytes)) => bytes.to_vec(),
+        };
+        whole.extend_from_slice(text);
+        array.bytes = Some(Bytes::Owned(whole.into()));
+    }
+
+    /// An element closes.
+    pub fn end(&mut self, name: &str) -> Result<(), Error> {
+        match name {
+            "DataArray" => {
+                let Some(array) = self.array.take() else { return Ok(()) };
+                match (array.section, &mut self.piece) {
+                    (Section::Field, _) => self.field.push(array),
+                    (Section::PointData, Some(piece)) => piece.attributes.push(array),
+                    (Section::Points, Some(piece)) => piece.positions = Some(array),
+                    (Section::Cells, Some(piece)) if array.name == "types" => piece.types = Some(array),
+                    _ => {}
+                }
+            }
+            "Piece" => self.pieces.extend(self.piece.take()),
+            _ => {}
+        }
+        Ok(())
+    }
+
+    /// The `AppendedData` element starts, its content at `start`; whether it is raw.
+    pub fn appended(&mut self, attributes: &Attributes, start: usize) -> Result<bool, Error> {
+        let base64 = match attributes.get("encoding") {
+            Some("raw") => false,
+            Some("base64") | None => true,
+            Some(other) => {
+                let message = format!("encoding={other:?}, expected raw or base64");
+                return Err(self.malformed("element AppendedData", message));
+            }
+        };
+        let content = &self.file[start..];
+        let blanks = content.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(content.len());
+        if content.get(blanks) != Some(&b'_') {
+            let place = format!("byte {}", start + blanks);
+            return Err(self.malformed(&place, "expected an underscore before the appended data"));
+        }
+        self.appended = Some(Appended { range: start + blanks + 1..self.file.len(), base64 });
+        self.has_appended_text = base64;
+        Ok(!base64)
+    }
+
+    /// The document, when all elements are read.
+    pub fn finish(mut self) -> Result<Document, Error> {
+        let Some(settings) = self.settings.clone() else {
+            return Err(self.malformed("byte 0", "no element; expected <VTKFile>"));
+        };
+        match settings.kind.as_str() {
+            "Collection" => return Ok(Document::Collection(self.entries)),
+            kind if kind.starts_with('P') && kind != "PolyData" => {
+                return Ok(Document::Parallel(self.sources));
+            }
+            _ => {}
+        }
+        let mut dataset = Dataset { pieces: Vec::with_capacity(self.pieces.len()), time: None };
+        for array in std::mem::take(&mut self.field) {
+            if array.components == 1 && array.tuples == Some(1) && is_time(&array.name) {
+                let array = self.resolve(&settings, array, 1)?;
+                let value = array.check(self.file)?.collect(&ToF64, &Cancel::default())?[0];
+                dataset.time = Some(value).filter(|time| time.is_finite());
+            }
+        }
+        for piece in std::mem::take(&mut self.pieces) {
+            dataset.pieces.push(self.finish_piece(&settings, piece)?);
+        }
+        Ok(Document::Dataset(dataset))
+    }
+
+    fn finish_piece(&self, settings: &Settings, piece: OpenPiece) -> Result<Piece, Error> {
+        let points = piece.points;
+        if points == 0 {
+            // Only the names are of interest; whatever else is wrong with arrays of nothing does not matter.
+            let attributes = piece.attributes.into_iter().filter(|array| array.components > 0);
+            let attributes = attributes.filter_map(|array| self.resolve(settings, array, 0).ok()).collect();
+            let cells = Cells::Particles;
+            return Ok(Piece { file: self.file.clone(), points, positions: None, attributes, cells });
+        }
+        let Some(positions) = piece.positions else {
+            return Err(self.malformed("element Piece", format_args!("{points} points, but no Points array")));
+        };
+        if positions.components != 3 {
+            let message = format!("{} components, expected 3", positions.components);
+            return Err(self.malformed("element Points", message));
+        }
+        let positions = self.resolve(settings, positions, points)?;
+        let attributes = piece
+            .attributes
+            .into_iter()
+            .filter(|array| array.components > 0)
+            .map(|array| self.resolve(settings, array, points))
+            .collect::<Result<_, _>>()?;
+        let cells = match piece.types {
+            _ if piece.verts > 0 => Cells::Particles,
+            _ if piece.faces > 0 => Cells::Mesh,
+            Some(types) => Cells::Types(self.resolve(settings, types, piece.cells)?),
+            None => Cells::Particles,
+        };
+        Ok(Piece { file: self.file.clone(), points, positions: Some(positions), attributes, cells })
+    }
+
+    fn resolve(&self, settings: &Settings, array: Declared, tuples: usize) -> Result<DataArray, Error> {
+        let place = format!("DataArray {:?}", array.name);
+        if let (Some(name), false) = (&settings.unknown_compressor, array.ascii) {
+            return Err(Error::unsupported(
+                self.file.path(),
+                format_args!("compressor {name:?}; expected zlib, LZ4, LZMA or none"),
+            ));
+        }
+        let (bytes, base64) = match (array.offset, &self.appended) {
+            (None, _) => (array.bytes.unwrap_or(Bytes::File(0..0)), true),
+            (Some(_), None) => {
+                return Err(self.malformed(&place, "appended data, but no AppendedData element"));
+            }
+            (Some(offset), Some(Appended { range, base64 })) => {
+                let start =
+                    range.start.checked_add(offset).filter(|&start| start <= range.end).ok_or_else(|| {
+                        let (there, end) = (range.end - range.start, range.end);
+                        self.malformed(
+                            &place,
+                            format_args!(
+                                "offset {offset} is beyond the {there} bytes of data up to byte {end}"
+                            ),
+                        )
+                    })?;
+                (Bytes::File(start..range.end), *base64)
+            }
+        };
+        let content = if array.ascii {
+            Content::Text { bytes, unit_colours: false }
+        } else {
+            Content::Framed {
+                bytes,
+                base64,
+                compressor: settings.compressor,
+                wide_header: settings.wide_header,
+                big: settings.big,
+            }
+        };
+        Ok(DataArray { name: array.name, components: array.components, tuples, ty: array.ty, content })
+    }
+}

@@ -1,0 +1,234 @@
+//! What a frame of a file holds, as `meniscus info` prints it.
+
+use std::path::PathBuf;
+
+use meniscus_core::{Cancel, Look, SpacingSource, UpAxis};
+use serde::Serialize;
+
+use crate::Error;
+use crate::frame_data::{AttributeInfo, FrameData};
+use crate::scalar::ToF64;
+use crate::series::Series;
+use crate::series::sets::{self, SetSource};
+
+/// Integer attributes with at most this many values are listed value by value.
+pub(crate) const MAX_LISTED_VALUES: usize = 32;
+
+/// A frame of the file as it is: numbers of the whole file, before any selection, in the file's coordinates.
+#[derive(Clone, Debug, Serialize)]
+pub struct FrameInfo {
+    /// Index in the series.
+    pub index: usize,
+    /// The first file.
+    pub file: PathBuf,
+    /// All files, where there are several.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub files: Vec<PathBuf>,
+    /// Simulation time, of the series or of the file.
+    pub time: Option<f64>,
+    /// Points in the file.
+    pub points: usize,
+    /// Points with three finite coordinates.
+    pub finite_points: usize,
+    /// `points - finite_points`.
+    pub dropped: usize,
+    /// Type of the coordinates, in VTK's words.
+    pub point_type: Option<&'static str>,
+    /// `[xmin, xmax, ymin, ymax, zmin, zmax]` of the finite points; `None` without any.
+    pub bounds: Option<[f64; 6]>,
+    /// Mean of the finite points.
+    pub centroid: Option<[f64; 3]>,
+    /// The series' origin.
+    pub origin: [f64; 3],
+    /// The series' spacing.
+    pub spacing: f64,
+    /// How the spacing was found.
+    pub spacing_source: SpacingSource,
+    /// The radius drawn.
+    pub radius: f64,
+    /// The axis that points up.
+    pub up: UpAxis,
+    /// Point attributes.
+    pub attributes: Vec<AttributeSummary>,
+    /// The sets that are drawn of this frame.
+    pub sets: Vec<SetSummary>,
+}
+
+/// An attribute of a frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct AttributeSummary {
+    /// Name in the file.
+    pub name: String,
+    /// Numbers per point.
+    pub components: usize,
+    /// Type in VTK's words.
+    #[serde(rename = "type")]
+    pub ty: &'static str,
+    /// Smallest finite value of each component; only with statistics.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub min: Option<Vec<Option<f64>>>,
+    /// Largest finite value of each component; only with statistics.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub max: Option<Vec<Option<f64>>>,
+    /// How often each value occurs, for whole numbers with at most 32 different values.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub values: Vec<ValueCount>,
+}
+
+/// A value and how often it occurs.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct ValueCount {
+    /// The value.
+    pub value: i64,
+    /// Points that have it.
+    pub count: u64,
+}
+
+/// A set of a frame.
+#[derive(Clone, Debug, Serialize)]
+pub struct SetSummary {
+    /// Its name.
+    pub name: String,
+    /// How it is drawn.
+    pub look: Look,
+    /// Points in it, finite or not.
+    pub points: usize,
+}
+
+pub(crate) fn describe(series: &Series, index: usize, stats: bool) -> Result<FrameInfo, Error> {
+    let cancel = Cancel::default();
+    let frame = series.frame_data(index, &cancel)?;
+    let coordinates = Coordinates::of(&frame.coordinates(&cancel)?);
+    let attributes = frame
+        .attributes()
+        .iter()
+        .map(|attribute| summarise(&frame, attribute, stats, &cancel))
+        .collect::<Result<_, _>>()?;
+    let space = series.space();
+    let files = series.files(index).to_vec();
+    Ok(FrameInfo {
+        index,
+        file: files.first().cloned().unwrap_or_default(),
+        files: if files.len() > 1 { files } else { Vec::new() },
+        time: frame.time,
+        points: frame.points,
+        finite_points: coordinates.finite,
+        dropped: frame.points - coordinates.finite,
+        point_type: frame.point_type().map(|ty| ty.name()),
+        bounds: coordinates.bounds(),
+        centroid: coordinates.centroid(),
+        origin: space.origin.to_array(),
+        spacing: space.spacing,
+        spacing_source: space.spacing_source,
+        radius: space.radius,
+        up: space.up,
+        attributes,
+        sets: set_summaries(series, index, &frame, &cancel)?,
+    })
+}
+
+/// Bounds and sums over finite points.
+struct Coordinates {
+    finite: usize,
+    min: [f64; 3],
+    max: [f64; 3],
+    mean: [f64; 3],
+}
+
+impl Coordinates {
+    fn of(values: &[f64]) -> Self {
+        let (points, _) = values.as_chunks::<3>();
+        let mut whole =
+            Self { finite: 0, min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3], mean: [0.0; 3] };
+        let (mut sum, mut lost) = ([0.0_f64; 3], [0.0_f64; 3]);
+        for point in points.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
+            whole.finite += 1;
+            for axis in 0..3 {
+                let value = point[axis];
+                whole.min[axis] = whole.min[axis].min(value);
+                whole.max[axis] = whole.max[axis].max(value);
+                // Neumaier's sum: sums of millions of map coordinates would lose the decimals.
+                let next = sum[axis] + value;
+                lost[axis] += if sum[axis].abs() >= value.abs() {
+                    (sum[axis] - next) + value
+                } else {
+                    (value - next) + sum[axis]
+                };
+                sum[axis] = next;
+            }
+        }
+        for axis in 0..3 {
+            whole.mean[axis] = (sum[axis] + lost[axis]) / whole.finite.max(1) as f64;
+        }
+        whole
+    }
+
+    fn bounds(&self) -> Option<[f64; 6]> {
+        let ([x, y, z], [u, v, w]) = (self.min, self.max);
+        (self.finite > 0).then_some([x, u, y, v, z, w])
+    }
+
+    fn centroid(&self) -> Option<[f64; 3]> {
+        (self.finite > 0).then_some(self.mean)
+    }
+}
+
+fn summarise(
+    frame: &FrameData,
+    attribute: &AttributeInfo,
+    stats: bool,
+    cancel: &Cancel,
+) -> Result<AttributeSummary, Error> {
+    let components = attribute.components;
+    let countable = components == 1 && attribute.ty.is_integer();
+    let values = if stats || countable { frame.values(attribute, &ToF64, cancel)? } else { Vec::new() };
+    let range = |pick: fn(f64, f64) -> f64| {
+        let of = |component: usize| {
+            let finite = values.iter().skip(component).step_by(components).filter(|v| v.is_finite());
+            finite.copied().reduce(pick)
+        };
+        stats.then(|| (0..components).map(of).collect())
+    };
+    Ok(AttributeSummary {
+        name: attribute.name.clone(),
+        components,
+        ty: attribute.ty.name(),
+        min: range(f64::min),
+        max: range(f64::max),
+        values: if countable { value_counts(&values).unwrap_or_default() } else { Vec::new() },
+    })
+}
+
+/// How often each whole number occurs, in rising order; `None` when there are more than [`MAX_LISTED_VALUES`].
+pub(crate) fn value_counts(values: &[f64]) -> Option<Vec<ValueCount>> {
+    let mut counts = std::collections::BTreeMap::new();
+    for &value in values {
+        *counts.entry(value as i64).or_insert(0) += 1;
+        if counts.len() > MAX_LISTED_VALUES {
+            return None;
+        }
+    }
+    Some(counts.into_iter().map(|(value, count)| ValueCount { value, count }).collect())
+}
+
+fn set_summaries(
+    series: &Series,
+    index: usize,
+    frame: &FrameData,
+    cancel: &Cancel,
+) -> Result<Vec<SetSummary>, Error> {
+    let assigned = sets::assign(series.sets(), frame, cancel)?;
+    let mut summaries = Vec::new();
+    for (i, plan) in series.sets().iter().enumerate() {
+        let points = match (&plan.source, &assigned) {
+            (SetSource::Files(steps), _) => match sets::companion(steps, index, frame.time) {
+                Some(step) => FrameData::open(step, cancel)?.points,
+                None => 0,
+            },
+            (_, Some(assigned)) => assigned.iter().filter(|&&set| usize::from(set) == i).count(),
+            (_, None) => frame.points,
+        };
+        summaries.push(SetSummary { name: plan.name.clone(), look: plan.look, points });
+    }
+    Ok(summaries)
+}

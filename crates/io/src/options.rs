@@ -1,0 +1,110 @@
+use meniscus_core::{Look, UpAxis};
+
+use crate::Error;
+
+/// How a series is read; the default leaves every choice to the data.
+#[derive(Clone, Debug, Default)]
+pub struct SeriesOptions {
+    /// Selects the particles of the default set, by the grammar of [`crate::expression`].
+    pub where_expr: Option<String>,
+    /// Further sets, drawn besides the default one.
+    pub sets: Vec<SetSpec>,
+    /// Physical distance of neighbouring particles, file units, > 0.
+    pub spacing: Option<f64>,
+    /// Radius drawn, file units, > 0.
+    pub radius: Option<f64>,
+    /// The file axis that points up.
+    pub up: Option<UpAxis>,
+    /// Metres per file unit, > 0.
+    pub metres_per_unit: Option<f64>,
+}
+
+impl SeriesOptions {
+    /// Refuses lengths that are none.
+    pub(crate) fn validate(&self) -> Result<(), Error> {
+        let lengths =
+            [("--spacing", self.spacing), ("--radius", self.radius), ("--unit", self.metres_per_unit)];
+        for (flag, length) in lengths {
+            if let Some(length) = length.filter(|length| !(length.is_finite() && *length > 0.0)) {
+                return Err(Error::usage(format_args!("{flag} is {length}; give a number above 0")));
+            }
+        }
+        for (i, set) in self.sets.iter().enumerate() {
+            if self.sets[..i].iter().any(|other| other.name == set.name) {
+                return Err(Error::usage(format_args!("--set {} is given twice; use two names", set.name)));
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A set of particles as the user writes it: `NAME=PATTERN[:LOOK]`.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct SetSpec {
+    /// Its name; `water` replaces the default set.
+    pub name: String,
+    /// A selection of the input's particles ([`crate::expression`]), or other files: a file, a series, a glob, a folder.
+    pub pattern: String,
+    /// How it is drawn.
+    pub look: Look,
+}
+
+/// The names of looks on the command line.
+const LOOKS: [(&str, Look); 4] =
+    [("water", Look::Water), ("solid", Look::Solid), ("spheres", Look::Spheres), ("hidden", Look::Hidden)];
+
+impl SetSpec {
+    /// Parses `NAME=PATTERN[:LOOK]`; the look is `water` when left out.
+    ///
+    /// # Errors
+    /// [`Error::Usage`] when the name or the pattern is missing.
+    pub fn parse(text: &str) -> Result<Self, Error> {
+        let fail = |what: &str| {
+            Err(Error::usage(format_args!(
+                "--set {text:?}: {what}; expected NAME=PATTERN[:LOOK], e.g. \"walls=type == 1:hidden\" or \
+                 \"soil=SoilBlock_*.vtp:solid\", with the look water, solid, spheres or hidden"
+            )))
+        };
+        let Some((name, rest)) = text.split_once('=') else { return fail("no `=`") };
+        let name = name.trim();
+        if name.is_empty() || !name.chars().all(|c| c.is_alphanumeric() || matches!(c, '_' | '-')) {
+            return fail("the name must be letters, digits, `_` and `-`");
+        }
+        let (pattern, look) = rest
+            .rsplit_once(':')
+            .and_then(|(pattern, word)| {
+                let known = LOOKS.iter().find(|(name, _)| *name == word.trim())?;
+                Some((pattern, known.1))
+            })
+            .unwrap_or((rest, Look::Water));
+        if pattern.trim().is_empty() {
+            return fail("no pattern");
+        }
+        Ok(Self { name: name.to_owned(), pattern: pattern.trim().to_owned(), look })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sets_are_parsed() {
+        let set = |text| SetSpec::parse(text).map(|s| (s.name, s.pattern, s.look)).ok();
+        let expect = |name: &str, pattern: &str, look| Some((name.to_owned(), pattern.to_owned(), look));
+        assert_eq!(set("walls=type == 1:hidden"), expect("walls", "type == 1", Look::Hidden));
+        assert_eq!(set("soil=data/Soil_*.vtp:solid"), expect("soil", "data/Soil_*.vtp", Look::Solid));
+        assert_eq!(set("b=C:/x.vtu"), expect("b", "C:/x.vtu", Look::Water));
+        for bad in ["soil", "=x", "a b=x", "soil=", "soil=:solid"] {
+            assert_eq!(set(bad), None, "{bad}");
+        }
+    }
+
+    #[test]
+    fn impossible_lengths_are_refused() {
+        for length in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let options = SeriesOptions { spacing: Some(length), ..Default::default() };
+            assert!(options.validate().is_err(), "{length}");
+        }
+    }
+}

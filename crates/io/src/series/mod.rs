@@ -1,0 +1,124 @@
+//! A series of particle frames: the reader that the rest of the program sees.
+
+mod read;
+pub(crate) mod sets;
+mod survey;
+
+use std::path::{Path, PathBuf};
+
+use glam::DVec3;
+use meniscus_core::{Cancel, Choice, Flaws, FrameError, FrameRequest, FrameSource, SeriesSpace, SetFrame};
+
+use crate::discover::{TimeStep, discover};
+use crate::frame_data::FrameData;
+use crate::info::FrameInfo;
+use crate::series::sets::SetPlan;
+use crate::{Error, SeriesOptions};
+
+/// A series of frames on disk, or a single file as a series of one.
+///
+/// Opening it reads the first usable frame to fix what holds for the whole series ([`SeriesSpace`]); frames are read on
+/// demand, from any number of threads.
+pub struct Series {
+    steps: Vec<TimeStep>,
+    sets: Vec<SetPlan>,
+    space: SeriesSpace,
+    choices: Vec<Choice>,
+    flaws: Flaws,
+    /// Delivered bytes per byte of file, from the first frame.
+    bytes_per_file_byte: f64,
+}
+
+impl Series {
+    /// Opens `input`: a particle file, a `.pvd` or `.series` file, a folder, a glob, or a pattern such as `frame_%04d.vtu`.
+    ///
+    /// # Errors
+    /// [`Error`] when nothing is there, when no frame of it can be read, or when `options` do not fit the data.
+    pub fn open(input: &Path, options: &SeriesOptions) -> Result<Self, Error> {
+        options.validate()?;
+        let found = discover(input)?;
+        let sets = sets::plan(options)?;
+        let survey = survey::survey(&found.steps, &sets, options)?;
+        let mut choices = found.choices;
+        choices.extend(survey.choices);
+        Ok(Self {
+            steps: found.steps,
+            sets,
+            space: survey.space,
+            choices,
+            flaws: survey.flaws,
+            bytes_per_file_byte: survey.bytes_per_file_byte,
+        })
+    }
+
+    /// Origin, spacing, radius, up axis and unit, fixed for the whole series.
+    pub fn space(&self) -> &SeriesSpace {
+        &self.space
+    }
+
+    /// The automatic choices, each with the flag that overrides it.
+    pub fn choices(&self) -> &[Choice] {
+        &self.choices
+    }
+
+    /// What is wrong with the whole series.
+    pub fn flaws(&self) -> &Flaws {
+        &self.flaws
+    }
+
+    /// The time of every frame, where the series states it without a look into the frames.
+    pub fn times(&self) -> Vec<Option<f64>> {
+        self.steps.iter().map(|step| step.time).collect()
+    }
+
+    /// The files of frame `index`; none when there is no such frame.
+    pub fn files(&self, index: usize) -> &[PathBuf] {
+        self.steps.get(index).map_or(&[], |step| &step.files)
+    }
+
+    /// Describes frame `index` of the file as it is, before any selection; with `stats` also the range of every attribute.
+    ///
+    /// # Errors
+    /// [`Error`] when there is no such frame or it cannot be read.
+    pub fn frame_info(&self, index: usize, stats: bool) -> Result<FrameInfo, Error> {
+        crate::info::describe(self, index, stats)
+    }
+
+    fn step(&self, index: usize) -> Result<&TimeStep, Error> {
+        self.steps.get(index).ok_or_else(|| {
+            let count = self.steps.len();
+            Error::usage(format_args!("there is no frame {index}; the series has {count}, the first is 0"))
+        })
+    }
+
+    pub(crate) fn frame_data(&self, index: usize, cancel: &Cancel) -> Result<FrameData, Error> {
+        FrameData::open(self.step(index)?, cancel)
+    }
+
+    pub(crate) fn sets(&self) -> &[SetPlan] {
+        &self.sets
+    }
+}
+
+impl FrameSource for Series {
+    fn frame_count(&self) -> usize {
+        self.steps.len()
+    }
+
+    fn time(&self, index: usize) -> Option<f64> {
+        self.steps.get(index)?.time
+    }
+
+    fn estimated_bytes(&self, index: usize) -> u64 {
+        (survey::file_bytes(self.files(index)) as f64 * self.bytes_per_file_byte) as u64
+    }
+
+    fn read(&self, index: usize, request: &FrameRequest, cancel: &Cancel) -> Result<SetFrame, FrameError> {
+        Ok(read::read(self, index, request, cancel)?)
+    }
+}
+
+/// `origin` as the array that the conversion takes.
+fn origin_of(origin: DVec3) -> [f64; 3] {
+    origin.to_array()
+}

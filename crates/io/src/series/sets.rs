@@ -1,0 +1,106 @@
+//! Which particles form which set.
+
+use std::path::Path;
+
+use meniscus_core::{Cancel, Look};
+
+use crate::discover::{TimeStep, discover};
+use crate::expression::Expression;
+use crate::frame_data::FrameData;
+use crate::{Error, SeriesOptions};
+
+/// Where the particles of a set come from.
+pub(crate) enum SetSource {
+    /// What no other set takes, further restricted by the selection.
+    Rest(Option<Expression>),
+    /// The input's particles that the selection takes.
+    Selection(Expression),
+    /// A series of its own.
+    Files(Vec<TimeStep>),
+}
+
+/// A set of the series.
+pub(crate) struct SetPlan {
+    pub name: String,
+    pub look: Look,
+    pub source: SetSource,
+}
+
+/// The sets that `options` ask for, the default one first.
+pub(super) fn plan(options: &SeriesOptions) -> Result<Vec<SetPlan>, Error> {
+    let mut plans = Vec::new();
+    if options.sets.iter().all(|spec| spec.name != "water") {
+        let selection = options.where_expr.as_deref().map(Expression::parse).transpose()?;
+        plans.push(SetPlan { name: "water".into(), look: Look::Water, source: SetSource::Rest(selection) });
+    } else if options.where_expr.is_some() {
+        return Err(Error::usage(
+            "--where selects the default set, which --set water=... replaces; give one of them",
+        ));
+    }
+    for spec in &options.sets {
+        let (name, look) = (spec.name.clone(), spec.look);
+        plans.push(SetPlan { name, look, source: source(&spec.pattern)? });
+    }
+    Ok(plans)
+}
+
+/// A pattern with a comparison is a selection, unless it names something on disk.
+fn source(pattern: &str) -> Result<SetSource, Error> {
+    let on_disk = Path::new(pattern).exists();
+    let compares = pattern.contains(['<', '>', '=']) || pattern.contains(" in ") || pattern.contains(" in(");
+    if compares && !on_disk {
+        return Ok(SetSource::Selection(Expression::parse(pattern)?));
+    }
+    Ok(SetSource::Files(discover(Path::new(pattern))?.steps))
+}
+
+/// Set index of every point that belongs to no set of the input.
+pub(crate) const NO_SET: u8 = u8::MAX;
+
+/// The set of every point of the input's `frame`; `None` when the first set takes all. A point that several selections take
+/// goes to the first of them.
+pub(crate) fn assign(
+    plans: &[SetPlan],
+    frame: &FrameData,
+    cancel: &Cancel,
+) -> Result<Option<Vec<u8>>, Error> {
+    let trivial = |plan: &SetPlan| matches!(plan.source, SetSource::Rest(None) | SetSource::Files(_));
+    if plans.iter().all(trivial) && matches!(plans.first().map(|p| &p.source), Some(SetSource::Rest(None))) {
+        return Ok(None);
+    }
+    let mut assigned = vec![NO_SET; frame.points];
+    let mut rest = None;
+    for (index, plan) in plans.iter().enumerate() {
+        match &plan.source {
+            SetSource::Selection(expression) => {
+                let selected = frame.select(expression, cancel)?;
+                for (set, selected) in assigned.iter_mut().zip(selected) {
+                    if selected && *set == NO_SET {
+                        *set = index as u8;
+                    }
+                }
+            }
+            SetSource::Rest(expression) => rest = Some((index, expression)),
+            SetSource::Files(_) => {}
+        }
+    }
+    if let Some((index, expression)) = rest {
+        let selected = expression.as_ref().map(|e| frame.select(e, cancel)).transpose()?;
+        for (point, set) in assigned.iter_mut().enumerate() {
+            if *set == NO_SET && selected.as_ref().is_none_or(|selected| selected[point]) {
+                *set = index as u8;
+            }
+        }
+    }
+    Ok(Some(assigned))
+}
+
+/// The step of a companion series that is shown with frame `index` of `count` at `time`: the nearest in time where both know
+/// theirs, else the same index, else the last.
+pub(crate) fn companion(steps: &[TimeStep], index: usize, time: Option<f64>) -> Option<&TimeStep> {
+    let nearest = time.and_then(|time| {
+        let known = steps.iter().filter_map(|step| Some((step, (step.time? - time).abs())));
+        known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(step, _)| step)
+    });
+    nearest.or_else(|| steps.get(index)).or(steps.last())
+}
