@@ -1,0 +1,95 @@
+//! A camera as chunks see it.
+
+use glam::{Mat4, Vec3};
+use meniscus_core::{Aabb, Camera};
+
+/// How far the source's peripheral fall-off goes, and where it stops (\[T\] equation 3.1).
+const FALL_OFF: f32 = 0.7;
+const FALL_OFF_FLOOR: f32 = 0.3;
+
+pub(crate) struct View {
+    camera: Camera,
+    size_px: [u32; 2],
+    view_from_world: Mat4,
+    forward: Vec3,
+    planes: [(Vec3, f32); 5],
+}
+
+impl View {
+    /// The camera must be valid and the picture not empty.
+    pub(crate) fn new(camera: &Camera, size_px: [u32; 2]) -> Self {
+        Self {
+            camera: *camera,
+            size_px,
+            view_from_world: camera.view_from_world(),
+            forward: camera.forward(),
+            planes: camera.frustum_planes(size_px),
+        }
+    }
+
+    /// Whether a sphere of this radius around any point of the box may reach into the frustum. Never wrongly `false`.
+    pub(crate) fn sees(&self, centers: &Aabb, radius_world: f32) -> bool {
+        let (center, half) = (centers.center(), centers.extent() * 0.5);
+        self.planes.iter().all(|&(normal, offset)| {
+            let reach = normal.abs().dot(half) + radius_world;
+            // A few ulps of the largest term, which the sum below may cancel.
+            let slack = 4e-6 * (normal.abs().dot(center.abs()) + offset.abs() + reach);
+            let outside = normal.dot(center) + offset < -reach - slack;
+            // An overflow to NaN is not outside.
+            !outside
+        })
+    }
+
+    /// Distance of the box's nearest point along the view axis, world units; negative behind the eye.
+    pub(crate) fn nearest(&self, bounds: &Aabb) -> f32 {
+        let reach = self.forward.abs().dot(bounds.extent() * 0.5);
+        self.forward.dot(bounds.center() - self.camera.eye) - reach
+    }
+
+    /// Diameter in pixels of a sphere at this view distance, or at the near plane where that is farther.
+    pub(crate) fn diameter_px(&self, radius_world: f32, distance: f32) -> f32 {
+        2.0 * radius_world * self.camera.px_per_world(self.size_px, distance.max(self.camera.near))
+    }
+
+    /// View distance of a point, at least the near distance; world units.
+    pub(crate) fn distance(&self, point: Vec3) -> f32 {
+        (-self.view_from_world.transform_point3(point).z).max(self.camera.near)
+    }
+
+    /// The source's peripheral fall-off `max(1 - 0.7 d_c/d_max, 0.3)` of a point: 1 at the picture's centre, 0.3 in its
+    /// corners and beyond.
+    pub(crate) fn fall_off(&self, point: Vec3) -> f32 {
+        let from_center = self.view_from_world.transform_point3(point).truncate().length();
+        let scale = if self.camera.is_orthographic() { 1.0 } else { self.distance(point) };
+        let to_corner = self.camera.half_extent(self.size_px).length() * scale;
+        (1.0 - FALL_OFF * from_center / to_corner).max(FALL_OFF_FLOOR)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use meniscus_core::Projection;
+
+    use super::*;
+
+    #[test]
+    fn the_fall_off_is_one_in_the_centre_and_three_tenths_in_the_corners() {
+        for projection in
+            [Projection::Perspective { fovy_rad: 1.0 }, Projection::Orthographic { height_world: 6.0 }]
+        {
+            let camera =
+                Camera { eye: Vec3::Z * 5.0, target: Vec3::ZERO, up: Vec3::Y, projection, near: 0.1 };
+            let size = [640, 480];
+            let view = View::new(&camera, size);
+            let scale = if camera.is_orthographic() { 1.0 } else { 5.0 };
+            let corner = (camera.half_extent(size) * scale).extend(0.0);
+            for (point, expected) in
+                [(Vec3::ZERO, 1.0), (corner, 0.3), (corner * 0.5, 0.65), (corner * 3.0, 0.3)]
+            {
+                // 1e-6: f32 rounding of numbers of size one.
+                assert!((view.fall_off(point) - expected).abs() < 1e-6, "{point}");
+            }
+            assert!((view.distance(Vec3::ZERO) - 5.0).abs() < 1e-6);
+        }
+    }
+}

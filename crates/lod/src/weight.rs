@@ -1,0 +1,69 @@
+//! CPU twin of `shaders/common/particle.inc.wgsl`: what the splat passes make of a kept particle.
+
+use meniscus_gpu::role::KeptRange;
+
+/// Fraction of the keep probability over which particles fade in (`main-renderer.md` 3.3).
+pub const RAMP: f32 = 0.2;
+
+/// Thinned splats grow by `p^(-1/3)` to close holes (`algorithms.md` 2.3), at most to this factor.
+pub const MAX_GROWTH: f32 = 2.0;
+
+/// What level of detail makes of one kept particle.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Kept {
+    /// Factor on the particle's volume. Horvitz-Thompson: over all hashes, dropped ones counted as 0, its mean is 1.
+    pub weight: f32,
+    /// Factor on the drawn radius.
+    pub radius: f32,
+}
+
+/// Weight and size of a particle under keep probability `keep / 65536`, `None` where it is dropped. `packed` holds the
+/// identity hash in its low 16 bits. The ramp narrows to nothing as the probability goes to 1, so that full detail is
+/// reached without a step.
+pub fn kept(packed: u32, keep: u32) -> Option<Kept> {
+    let hash = packed & 0xffff;
+    if hash >= keep {
+        return None;
+    }
+    if keep >= KeptRange::KEEP_ALL {
+        return Some(Kept { weight: 1.0, radius: 1.0 });
+    }
+    let p = keep as f32 / 65536.0;
+    let u = (hash as f32 + 0.5) / 65536.0;
+    let ramp = (RAMP * p).min(1.0 - p);
+    let fade = ((p - u) / ramp).clamp(0.0, 1.0);
+    let mean_fade = 1.0 - 0.5 * ramp / p;
+    let growth = p.powf(-1.0 / 3.0).min(MAX_GROWTH);
+    Some(Kept { weight: fade / (mean_fade * p), radius: growth * fade.cbrt() })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::select::MIN_KEEP;
+
+    #[test]
+    fn the_mean_weight_over_all_hashes_is_one() {
+        for keep in [MIN_KEEP, 17, 100, 1000, 19_661, 40_000, 54_613, 60_000, 65_000, 65_535, 65_536] {
+            let sum: f64 = (0..65536).filter_map(|hash| kept(hash, keep)).map(|k| f64::from(k.weight)).sum();
+            // The sum is a midpoint rule, exact but for the cell that holds the ramp's kink: at most 1 / (8 ramp) of a
+            // cell, relative 1 / (1.6 keep^2) or less. The rest is the rounding of 65536 weights.
+            let bound = 1.0 / (1.6 * f64::from(keep).powi(2)) + 2e-6;
+            assert!((sum / 65536.0 - 1.0).abs() < bound, "keep {keep}: {}", sum / 65536.0);
+        }
+    }
+
+    #[test]
+    fn a_particle_comes_in_from_nothing_and_full_detail_has_no_step() {
+        for keep in [2000, 30_000, 65_000] {
+            let last = kept(keep - 1, keep).unwrap();
+            // Half a hash step into the ramp, the narrowest of which is 400 steps wide.
+            assert!(last.weight * (keep as f32 / 65536.0) < 2e-3, "{last:?}");
+            assert_eq!(kept(keep, keep), None);
+        }
+        let almost = kept(30_000, KeptRange::KEEP_ALL - 1).unwrap();
+        // p = 1 - 1/65536: the weight is 1/p, the growth p^(-1/3).
+        assert!((almost.weight - 1.0).abs() < 3e-5 && (almost.radius - 1.0).abs() < 1e-5, "{almost:?}");
+        assert_eq!(kept(65_535, KeptRange::KEEP_ALL), Some(Kept { weight: 1.0, radius: 1.0 }));
+    }
+}

@@ -1,0 +1,149 @@
+//! Chunking: every particle once, compact and sorted, the same for any number of threads.
+
+#[allow(dead_code, reason = "shared with the other tests")]
+mod common;
+
+use common::{center, chunked, pool};
+use glam::Vec3;
+use meniscus_core::{Aabb, ParticleFrame};
+use meniscus_lod::{ChunkOptions, ChunkedSet, Identity, chunks};
+use proptest::prelude::*;
+
+/// What must hold of any set.
+fn assert_sound(frame: &ParticleFrame, options: &ChunkOptions, set: &ChunkedSet) {
+    let mut sources = set.attribute_order.clone();
+    sources.sort_unstable();
+    assert!(sources.iter().copied().eq(0..frame.len() as u32), "a particle is missing or doubled");
+    for (particle, &source) in set.particles.iter().zip(&set.attribute_order) {
+        assert_eq!(particle.position_world, frame.positions[source as usize]);
+        if options.identity == Identity::Id {
+            let alone = ParticleFrame {
+                positions: vec![particle.position_world],
+                ids: vec![frame.id(source as usize)],
+                ..Default::default()
+            };
+            assert_eq!(chunks::build(&alone, options).particles[0], *particle, "hash is not of the id");
+        }
+    }
+    assert_eq!(set.bounds, frame.bounds());
+    assert_eq!(set.pages().map(<[_]>::len).sum::<usize>(), frame.len());
+    assert!(set.pages().all(|page| !page.is_empty() && page.len() <= options.page_particles));
+
+    let mut slot = 0;
+    for chunk in &set.chunks {
+        assert_eq!(set.page_slots(chunk.page as usize).start + chunk.first as usize, slot);
+        slot += chunk.count as usize;
+        let particles = set.particles_of(chunk);
+        assert!(!particles.is_empty() && particles.len() <= options.chunk_particles);
+        assert_eq!(chunk.bounds, Aabb::of_points(particles.iter().map(|p| &p.position_world)));
+        let (isolated, others) = particles.split_at(chunk.isolated as usize);
+        for part in [isolated, others] {
+            assert!(part.is_sorted_by_key(|p| p.hash()));
+        }
+    }
+    assert_eq!(slot, frame.len());
+}
+
+#[test]
+fn a_pool_with_spray_is_cut_into_compact_chunks() {
+    let frame = pool([40, 40, 40], 64);
+    let options = ChunkOptions { page_particles: 10_000, ..ChunkOptions::new(0, 1.0) };
+    let set = chunks::build(&frame, &options);
+    assert_sound(&frame, &options, &set);
+    assert!(set.pages().len() > 6);
+    let in_pool = |chunk: &&meniscus_lod::Chunk| chunk.bounds.max.z < 41.0;
+    for chunk in set.chunks.iter().filter(in_pool) {
+        // At most 2048 particles of spacing 1, a cube of 12.7; along the curve, two and a half of them in a row.
+        assert!(chunk.bounds.extent().max_element() < 32.0, "{chunk:?}");
+    }
+    let volume: f32 = set.chunks.iter().filter(in_pool).map(|c| c.bounds.extent().element_product()).sum();
+    // The boxes overlap little: together at most twice the pool.
+    assert!(volume < 2.0 * 40.0f32.powi(3), "{volume}");
+}
+
+#[test]
+fn spray_is_isolated_and_the_pool_is_not() {
+    let (side, spray) = ([30, 30, 30], 50);
+    let frame = pool(side, spray);
+    let set = chunked(&frame);
+    let isolated = |chunk: &meniscus_lod::Chunk| set.particles_of(chunk)[..chunk.isolated as usize].to_vec();
+    let (in_air, in_pool): (Vec<_>, Vec<_>) =
+        set.chunks.iter().flat_map(isolated).map(|p| center(&p)).partition(|p| p.z > side[2] as f32);
+    assert_eq!(in_air.len(), spray);
+    // A corner has seven neighbours about it, of which the cells may miss some; two spacings are the cells' reach.
+    let at_corner = |p: &Vec3| p.to_array().iter().all(|&c| (c - 14.5).abs() > 12.5);
+    assert!(in_pool.iter().all(at_corner), "{in_pool:?}");
+}
+
+#[test]
+fn the_number_of_threads_changes_nothing() {
+    let frame = pool([50, 40, 30], 100);
+    let build = |threads| {
+        let threads = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+        threads.install(|| chunked(&frame))
+    };
+    let one = build(1);
+    for threads in [2, 3, 8] {
+        let many = build(threads);
+        assert_eq!(one.particles, many.particles);
+        assert_eq!(one.attribute_order, many.attribute_order);
+        assert_eq!(one.chunks, many.chunks);
+        assert_ne!(one.serial(), many.serial());
+    }
+}
+
+#[test]
+fn the_same_particles_go_first_wherever_they_have_moved() {
+    let frame = pool([20, 20, 20], 0);
+    let ids: Vec<u64> = (0..frame.len() as u64).map(|i| i * 3 + 1_000_000_007).collect();
+    let moved = ParticleFrame {
+        positions: frame.positions.iter().rev().map(|&p| (Vec3::from(p) * 1.1 + 7.0).to_array()).collect(),
+        ids: ids.iter().rev().copied().collect(),
+        ..Default::default()
+    };
+    let still = ParticleFrame { ids, ..frame };
+    let hashes = |frame: &ParticleFrame| {
+        let set = chunked(frame);
+        let mut by_id: Vec<(u64, u16)> = set
+            .attribute_order
+            .iter()
+            .zip(&set.particles)
+            .map(|(&source, particle)| (frame.id(source as usize), particle.hash()))
+            .collect();
+        by_id.sort_unstable();
+        by_id
+    };
+    assert_eq!(hashes(&still), hashes(&moved));
+}
+
+#[test]
+fn degenerate_sets_are_cut_too() {
+    for frame in [
+        ParticleFrame::default(),
+        ParticleFrame { positions: vec![[1.0, 2.0, 3.0]], ..Default::default() },
+        ParticleFrame { positions: vec![[-1e30, 0.0, 1e30], [1e30, 5.0, f32::MAX]], ..Default::default() },
+    ] {
+        let options = ChunkOptions::new(100, 0.5);
+        assert_sound(&frame, &options, &chunks::build(&frame, &options));
+    }
+    let equal = ParticleFrame { positions: vec![[4.0; 3]; 1_000_000], ..Default::default() };
+    let set = chunked(&equal);
+    assert_eq!(set.chunks.len(), 1_000_000usize.div_ceil(ChunkOptions::DEFAULT_CHUNK_PARTICLES));
+    assert!(set.chunks.iter().all(|c| c.isolated == 0 && c.bounds.extent() == Vec3::ZERO));
+    assert!(set.particles.iter().all(|p| center(p) == Vec3::splat(4.0)));
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+    #[test]
+    fn any_cloud_is_cut_soundly(
+        positions in prop::collection::vec(prop::array::uniform3(-20.0f32..20.0), 0..300),
+        spacing_world in 0.01f32..10.0,
+        chunk_particles in 1usize..60,
+        page_particles in 1usize..200,
+    ) {
+        let frame = ParticleFrame { positions, ..Default::default() };
+        let options = ChunkOptions { spacing_world, chunk_particles, ..ChunkOptions::new(page_particles, 1.0) };
+        assert_sound(&frame, &options, &chunks::build(&frame, &options));
+    }
+}

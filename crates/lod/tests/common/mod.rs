@@ -1,0 +1,58 @@
+//! Made particle sets and cameras.
+
+use glam::Vec3;
+use meniscus_core::{Camera, ParticleFrame, Projection};
+use meniscus_gpu::role::PackedParticle;
+use meniscus_lod::{ChunkOptions, ChunkedSet, Selection, chunks};
+
+/// Numbers in [0, 1) that depend on nothing but the seed (Knuth's MMIX generator, high bits).
+pub fn random(mut seed: u64) -> impl FnMut() -> f32 {
+    move || {
+        seed = seed.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (seed >> 40) as f32 / (1u64 << 24) as f32
+    }
+}
+
+/// A jittered lattice of spacing 1 from the origin, and above it `spray` particles at least ten spacings apart.
+pub fn pool(side: [usize; 3], spray: usize) -> ParticleFrame {
+    let mut random = random(7);
+    let mut positions = Vec::new();
+    for z in 0..side[2] {
+        for y in 0..side[1] {
+            for x in 0..side[0] {
+                positions.push([x, y, z].map(|c| c as f32 + 0.3 * (random() - 0.5)));
+            }
+        }
+    }
+    let top = side[2] as f32 + 20.0;
+    positions.extend((0..spray).map(|i| [(i % 16 * 10) as f32, (i / 16 * 10) as f32, top]));
+    ParticleFrame { positions, ..Default::default() }
+}
+
+/// One page, default chunks, spacing 1.
+pub fn chunked(frame: &ParticleFrame) -> ChunkedSet {
+    chunks::build(frame, &ChunkOptions::new(1 << 23, 1.0))
+}
+
+/// A perspective and a parallel camera at `eye` that look at `target`, z up.
+pub fn cameras(eye: Vec3, target: Vec3) -> [Camera; 2] {
+    [Projection::Perspective { fovy_rad: 0.9 }, Projection::Orthographic { height_world: 40.0 }]
+        .map(|projection| Camera { eye, target, up: Vec3::Z, projection, near: 0.05 })
+}
+
+/// The slots kept by a selection with their keep probability in 1/65536, in the order drawn.
+pub fn kept_slots(set: &ChunkedSet, selection: &Selection) -> Vec<(usize, u32)> {
+    let of_page = |(page, ranges): (usize, &Vec<meniscus_gpu::role::KeptRange>)| {
+        let first = set.page_slots(page).start;
+        ranges
+            .iter()
+            .flat_map(move |r| (r.first..r.first + r.count).map(move |i| (first + i as usize, r.keep)))
+            .collect::<Vec<_>>()
+    };
+    selection.ranges.iter().enumerate().flat_map(of_page).collect()
+}
+
+/// Centre of a particle.
+pub fn center(particle: &PackedParticle) -> Vec3 {
+    particle.position_world.into()
+}
