@@ -1,1 +1,25 @@
-//! Screen-space surface: splats, filters, normals.
+//! The screen-space surface: splats of particles (nearest distance, thickness as a true length), smoothing by a swappable
+//! filter, normals. All passes are compute passes over storage images.
+//!
+//! [`Ssfr`] records the passes of a frame into [`SurfaceImages`]. Filters implement [`SurfaceFilter`] and are found by
+//! name in a [`FilterRegistry`]. [`twin`] has the same algorithms on the CPU, written after the formulas; they are the
+//! specification that the shaders are tested against.
+//!
+//! A splat is the exact sphere of a particle. It is drawn when all of it lies beyond the camera's near distance (so the
+//! eye is never inside a splat) and only where it is in front of the opaque scene.
+
+mod error;
+pub mod filter;
+mod images;
+mod params;
+mod passes;
+mod splats;
+mod stage;
+pub mod twin;
+
+pub use error::SsfrError;
+pub use filter::{FilterEntry, FilterImages, FilterRegistry, SurfaceFilter};
+pub use images::SurfaceImages;
+pub use params::{FilterChoice, SsfrParams, ThicknessParams};
+pub use splats::{SplatInput, SplatSet};
+pub use stage::Ssfr;

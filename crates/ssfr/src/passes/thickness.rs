@@ -1,0 +1,165 @@
+use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::role::SceneDistance;
+use meniscus_gpu::{
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, Recorder, Texture,
+    shader,
+};
+
+use super::surface::each_page;
+use super::{pipeline, pipeline_with};
+use crate::splats::Common;
+use crate::{SplatSet, SsfrParams, SurfaceImages};
+
+/// `meniscus::thickness::Thickness` of `shaders/ssfr/thickness.inc.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct ThicknessUniform {
+    size_px: [u32; 2],
+    scale: u32,
+    world_per_step: f32,
+    sigma_spacings: f32,
+    spacing_per_radius: f32,
+    pad: [f32; 2],
+}
+
+impl HostStruct for ThicknessUniform {
+    const WGSL_NAME: &'static str = "Thickness";
+    const FIELDS: &'static [HostField] = meniscus_gpu::host_fields!(ThicknessUniform {
+        size_px,
+        scale,
+        world_per_step,
+        sigma_spacings,
+        spacing_per_radius,
+        pad,
+    });
+}
+
+/// Length of fluid along the ray: summed at reduced size, smoothed, brought back to full size.
+pub(crate) struct ThicknessPasses {
+    prepare: ComputePipeline,
+    thickness: ComputePipeline,
+    smooth_rows: ComputePipeline,
+    smooth_columns: ComputePipeline,
+    upsample: ComputePipeline,
+}
+
+impl ThicknessPasses {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        let first = Definition { name: "FIRST", value: 1 };
+        Ok(Self {
+            prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
+            thickness: pipeline(gpu, shader!("ssfr/thickness"))?,
+            smooth_rows: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[first])?,
+            smooth_columns: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
+            upsample: pipeline(gpu, shader!("ssfr/thickness_upsample"))?,
+        })
+    }
+
+    #[expect(clippy::too_many_arguments, reason = "inputs and outputs of five passes, each used once")]
+    pub(crate) fn record(
+        &self,
+        recorder: &mut Recorder,
+        gpu: &Gpu,
+        camera: &Binding,
+        sets: &[SplatSet<'_>],
+        common: &Common,
+        scene_distance: &Texture<SceneDistance>,
+        images: &SurfaceImages,
+        params: &SsfrParams,
+    ) {
+        let reduced = &images.reduced;
+        let thickness = recorder.uniform(&ThicknessUniform {
+            size_px: reduced.size,
+            scale: reduced.scale,
+            world_per_step: 1.0 / common.steps_per_world,
+            sigma_spacings: params.thickness.smoothing,
+            spacing_per_radius: common.spacing_per_radius,
+            pad: [0.0; 2],
+        });
+        let pixels = Dispatch::Pixels(reduced.size);
+        recorder.compute(
+            gpu,
+            "ssfr.thickness_prepare",
+            &self.prepare,
+            &[
+                ("camera", camera.clone()),
+                ("thickness", thickness.clone()),
+                ("scene_distance", scene_distance.bind()),
+                ("distance", images.unfiltered.bind()),
+                ("radius", images.radius.bind()),
+                ("limit", reduced.limit.bind()),
+                ("nearest", reduced.nearest.bind()),
+                ("covered", reduced.covered.bind()),
+                ("sigma", reduced.sigma.bind()),
+                ("sum", reduced.sum.bind()),
+            ],
+            pixels,
+        );
+        each_page(recorder, sets, common, |recorder, set, particles, ranges, groups| {
+            let bindings = [
+                ("camera", camera.clone()),
+                ("splats", set),
+                ("thickness", thickness.clone()),
+                ("particles", particles),
+                ("ranges", ranges),
+                ("limit", reduced.limit.bind()),
+                ("sum", reduced.sum.bind()),
+            ];
+            recorder.compute(gpu, "ssfr.thickness", &self.thickness, &bindings, groups);
+        });
+        recorder.compute(
+            gpu,
+            "ssfr.thickness_smooth",
+            &self.smooth_rows,
+            &[
+                ("thickness", thickness.clone()),
+                ("sigma", reduced.sigma.bind()),
+                ("covered", reduced.covered.bind()),
+                ("sum", reduced.sum.bind()),
+                ("smoothed", reduced.rows.bind()),
+            ],
+            pixels,
+        );
+        recorder.compute(
+            gpu,
+            "ssfr.thickness_smooth",
+            &self.smooth_columns,
+            &[
+                ("thickness", thickness.clone()),
+                ("sigma", reduced.sigma.bind()),
+                ("rows", reduced.rows.bind()),
+                ("smoothed", reduced.smoothed.bind()),
+            ],
+            pixels,
+        );
+        recorder.compute(
+            gpu,
+            "ssfr.thickness_upsample",
+            &self.upsample,
+            &[
+                ("camera", camera.clone()),
+                ("thickness", thickness),
+                ("distance", images.unfiltered.bind()),
+                ("radius", images.radius.bind()),
+                ("nearest", reduced.nearest.bind()),
+                ("covered", reduced.covered.bind()),
+                ("smoothed", reduced.smoothed.bind()),
+                ("length_world", images.thickness.bind()),
+            ],
+            Dispatch::Pixels(images.size()),
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::passes::INCLUDES;
+    use crate::splats::SplatUniform;
+
+    #[test]
+    fn uniforms_have_the_layout_of_their_shaders() {
+        SplatUniform::check_layout(&shader!("ssfr/thickness"), INCLUDES).unwrap();
+        ThicknessUniform::check_layout(&shader!("ssfr/thickness"), INCLUDES).unwrap();
+    }
+}

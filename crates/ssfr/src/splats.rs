@@ -1,0 +1,77 @@
+use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::role::{KeptRanges, Particles};
+use meniscus_gpu::{Buffer, HostField, HostStruct};
+
+/// One page of particles and what of it is drawn. A workgroup draws one range, so ranges should be short (about a
+/// thousand particles) and hold neighbours; nearest first is fastest.
+#[derive(Clone, Copy, Debug)]
+pub struct SplatInput<'a> {
+    /// The particles.
+    pub particles: &'a Buffer<Particles>,
+    /// The ranges that are drawn.
+    pub ranges: &'a Buffer<KeptRanges>,
+}
+
+/// Particles that are drawn with one radius and stand for one volume.
+#[derive(Clone, Copy, Debug)]
+pub struct SplatSet<'a> {
+    /// The set's pages.
+    pub pages: &'a [SplatInput<'a>],
+    /// Radius drawn, world units, > 0.
+    pub radius_world: f32,
+    /// Volume that one particle stands for, world units cubed, > 0: the cube of the spacing.
+    pub volume_world: f32,
+    /// Whether every particle is kept and has the set's radius, which saves a pass.
+    pub uniform_radius: bool,
+}
+
+impl SplatSet<'_> {
+    /// Distance of neighbouring particles, world units.
+    pub fn spacing_world(&self) -> f32 {
+        self.volume_world.cbrt()
+    }
+}
+
+/// `meniscus::splat::SplatSet` of `shaders/ssfr/splat.inc.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(crate) struct SplatUniform {
+    pub(crate) radius_world: f32,
+    pub(crate) volume_world: f32,
+    pub(crate) steps_per_world: f32,
+    pub(crate) range_count: u32,
+}
+
+impl HostStruct for SplatUniform {
+    const WGSL_NAME: &'static str = "SplatSet";
+    const FIELDS: &'static [HostField] =
+        meniscus_gpu::host_fields!(SplatUniform { radius_world, volume_world, steps_per_world, range_count });
+}
+
+/// Steps of the fixed-point thickness per spacing of the finest set: sums saturate at two million spacings.
+const STEPS_PER_SPACING: f32 = 1024.0;
+
+/// What the passes need to know of all sets together.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Common {
+    pub(crate) steps_per_world: f32,
+    /// The one radius of all splats, if there is one.
+    pub(crate) uniform_radius_world: Option<f32>,
+    /// Of the first set; the filters scale with it.
+    pub(crate) spacing_per_radius: f32,
+}
+
+impl Common {
+    pub(crate) fn of(sets: &[SplatSet<'_>]) -> Self {
+        let finest = sets.iter().map(SplatSet::spacing_world).fold(f32::INFINITY, f32::min);
+        let uniform = match sets {
+            [only] if only.uniform_radius => Some(only.radius_world),
+            _ => None,
+        };
+        Self {
+            steps_per_world: if finest.is_finite() { STEPS_PER_SPACING / finest } else { 1.0 },
+            uniform_radius_world: uniform,
+            spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
+        }
+    }
+}

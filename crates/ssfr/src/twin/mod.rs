@@ -1,0 +1,14 @@
+//! The stage on the CPU, after the formulas, in double precision: the specification of the shaders of the same names.
+//! Images are slices, row by row from the top left.
+
+mod depth;
+mod normal;
+mod splat;
+mod thickness;
+mod view;
+
+pub use depth::{DepthImages, depth};
+pub use normal::{normal, unpack_normal};
+pub use splat::HostSet;
+pub use thickness::{thickness_smooth, thickness_sum};
+pub use view::HostView;

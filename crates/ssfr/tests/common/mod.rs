@@ -1,0 +1,157 @@
+//! A frame of the surface stage from plain numbers.
+#![allow(dead_code, reason = "each test binary uses a part")]
+
+use meniscus_core::{Camera, Projection};
+use meniscus_gpu::role::{KeptRange, KeptRanges, NO_SURFACE, PackedParticle, Particles, SceneDistance};
+use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, Recorder, Texture, Timing};
+use meniscus_ssfr::twin::{HostSet, HostView};
+use meniscus_ssfr::{
+    FilterChoice, FilterRegistry, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, ThicknessParams,
+};
+
+pub fn gpu() -> Gpu {
+    Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
+}
+
+/// What is drawn: one set in one page.
+#[derive(Clone)]
+pub struct Scene {
+    pub camera: Camera,
+    pub size: [u32; 2],
+    pub particles: Vec<PackedParticle>,
+    pub ranges: Vec<KeptRange>,
+    pub radius: f32,
+    pub spacing: f32,
+    pub uniform_radius: bool,
+    pub scene_distance: Vec<f32>,
+}
+
+impl Scene {
+    /// All of `positions`, under an open sky.
+    pub fn new(camera: Camera, size: [u32; 2], positions: &[[f32; 3]], radius: f32, spacing: f32) -> Self {
+        let particles: Vec<_> = positions
+            .iter()
+            .enumerate()
+            .map(|(i, &p)| PackedParticle::new(p, (i * 40503 % 65536) as u16))
+            .collect();
+        let ranges = ranges_of(particles.len(), KeptRange::KEEP_ALL);
+        let scene_distance = vec![NO_SURFACE; (size[0] * size[1]) as usize];
+        Self { camera, size, particles, ranges, radius, spacing, uniform_radius: true, scene_distance }
+    }
+
+    pub fn uniform(&self) -> CameraUniform {
+        CameraUniform::new(&self.camera, self.size)
+    }
+
+    pub fn view(&self) -> HostView {
+        HostView::new(&self.uniform())
+    }
+
+    pub fn host_set(&self) -> HostSet<'_> {
+        HostSet {
+            particles: &self.particles,
+            ranges: &self.ranges,
+            radius_world: self.radius,
+            volume_world: self.spacing.powi(3),
+        }
+    }
+
+    pub fn render(&self, gpu: &Gpu, params: &SsfrParams) -> Frame {
+        self.render_timed(gpu, params, 1).0
+    }
+
+    /// Renders `frames` times; costs of the last.
+    pub fn render_timed(
+        &self,
+        gpu: &Gpu,
+        params: &SsfrParams,
+        frames: usize,
+    ) -> (Frame, Vec<meniscus_core::StageCost>) {
+        let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), params).unwrap();
+        let images = SurfaceImages::new(gpu, self.size, params).unwrap();
+        let particles = Buffer::<Particles>::from_slice(gpu, &self.particles).unwrap();
+        let ranges = Buffer::<KeptRanges>::from_slice(gpu, &self.ranges).unwrap();
+        let scene_distance = Texture::<SceneDistance>::new(gpu, self.size).unwrap();
+        scene_distance.write(gpu, bytes_of(&self.scene_distance));
+        let pages = [SplatInput { particles: &particles, ranges: &ranges }];
+        let set = SplatSet {
+            pages: &pages,
+            radius_world: self.radius,
+            volume_world: self.spacing.powi(3),
+            uniform_radius: self.uniform_radius,
+        };
+        let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
+        let mut costs = Vec::new();
+        for _ in 0..frames {
+            let camera = recorder.uniform(&self.uniform());
+            stage.record(&mut recorder, gpu, &camera, &[set], &scene_distance, &images);
+            let _ = recorder.submit(gpu).unwrap();
+            gpu.wait().unwrap();
+            costs = recorder.take_costs(gpu);
+        }
+        let frame = Frame {
+            size: self.size,
+            unfiltered: images.unfiltered.read(gpu).unwrap(),
+            distance: images.distance.read(gpu).unwrap(),
+            radius: images.radius.read(gpu).unwrap(),
+            thickness: images.thickness.read(gpu).unwrap(),
+            normal: images.normal.read(gpu).unwrap(),
+        };
+        (frame, costs)
+    }
+}
+
+pub fn bytes_of(values: &[f32]) -> &[u8] {
+    bytemuck::cast_slice(values)
+}
+
+/// Ranges of at most 1024 over `count` particles.
+pub fn ranges_of(count: usize, keep: u32) -> Vec<KeptRange> {
+    (0..count)
+        .step_by(1024)
+        .map(|first| KeptRange {
+            first: first as u32,
+            count: (count - first).min(1024) as u32,
+            keep,
+            flags: 0,
+        })
+        .collect()
+}
+
+/// The images of a frame on the host.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Frame {
+    pub size: [u32; 2],
+    pub unfiltered: Vec<f32>,
+    pub distance: Vec<f32>,
+    pub radius: Vec<f32>,
+    pub thickness: Vec<f32>,
+    pub normal: Vec<u32>,
+}
+
+pub fn params(filter: &str, scale: u32, smoothing: f32) -> SsfrParams {
+    SsfrParams {
+        filter: FilterChoice { name: filter.into(), ..Default::default() },
+        thickness: ThicknessParams { scale, smoothing },
+    }
+}
+
+/// Looks along -z from (0, 0, `distance`).
+pub fn perspective(distance: f32, fovy_rad: f32) -> Camera {
+    Camera { projection: Projection::Perspective { fovy_rad }, ..parallel(distance, 1.0) }
+}
+
+/// Looks along -z from (0, 0, `distance`), `height` world units high.
+pub fn parallel(distance: f32, height: f32) -> Camera {
+    Camera {
+        eye: [0.0, 0.0, distance].into(),
+        target: [0.0, 0.0, distance - 1.0].into(),
+        up: [0.0, 1.0, 0.0].into(),
+        projection: Projection::Orthographic { height_world: height },
+        near: 0.01,
+    }
+}
+
+pub fn is_fluid(distance: f32) -> bool {
+    distance < NO_SURFACE
+}

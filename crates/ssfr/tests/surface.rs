@@ -1,0 +1,179 @@
+//! Depth, radius and normals against closed forms and the CPU twins.
+
+mod common;
+
+use common::{Frame, Scene, gpu, is_fluid, parallel, params, perspective};
+use glam::{DVec2, Vec3};
+use meniscus_cases::lattice;
+use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle};
+use meniscus_ssfr::twin;
+
+/// `algorithms.md` 14.1.
+#[test]
+fn one_sphere_off_axis_has_the_distance_and_outline_of_the_closed_form() {
+    let gpu = gpu();
+    let center = Vec3::new(2.6, -1.7, -3.0);
+    for camera in [perspective(0.0, 1.9), parallel(0.0, 6.0)] {
+        let scene = Scene::new(camera, [320, 240], &[center.to_array()], 0.8, 1.0);
+        let frame = scene.render(&gpu, &params("none", 1, 0.0));
+        let view = scene.view();
+        let mut drawn = 0;
+        for y in 0..240 {
+            for x in 0..320 {
+                let found = frame.unfiltered[y * 320 + x];
+                // A point of the plane through the centre, perpendicular to the ray: the sphere's outline is where the ray
+                // passes at exactly the radius; one pixel is the tolerance of the specification.
+                let miss = |at: DVec2| {
+                    let (origin, step) = view.ray(at);
+                    let v = step.normalize();
+                    let p = center.as_dvec3() - origin;
+                    (p - v.dot(p) * v).length()
+                };
+                let here = DVec2::new(x as f64 + 0.5, y as f64 + 0.5);
+                let q = miss(here);
+                let px = (miss(here + DVec2::X) - q).abs().max((miss(here + DVec2::Y) - q).abs());
+                assert!(is_fluid(found) || q > 0.8 - px, "hole at {x}, {y}");
+                assert!(!is_fluid(found) || q < 0.8 + px, "beyond the outline at {x}, {y}");
+                if is_fluid(found) && q < 0.8 {
+                    let (origin, step) = view.ray(here);
+                    let (p, a) = (center.as_dvec3() - origin, step.length_squared());
+                    let b = step.dot(p);
+                    let exact = (b - (b * b - a * (p.length_squared() - 0.64)).sqrt()) / a;
+                    // At the very edge the root magnifies rounding without bound.
+                    let tolerance = if q < 0.799 { 1e-5 } else { 1e-3 };
+                    assert!((f64::from(found) - exact).abs() < tolerance * exact, "{found} {exact}");
+                    drawn += 1;
+                }
+            }
+        }
+        assert!(drawn > 500, "{drawn}");
+    }
+}
+
+/// The same numbers, but for the few pixels in which rounding decides: where a ray touches a sphere, and where two spheres
+/// meet so that both count as visible or one.
+fn assert_same_surface(frame: &Frame, expected: &twin::DepthImages, radius: f32) {
+    let differs = |i: &usize| {
+        let (found, exact) = (frame.unfiltered[*i], expected.distance[*i]);
+        is_fluid(found) != is_fluid(exact)
+            || (found - exact).abs() > 1e-3 * radius
+            || (frame.radius[*i] - expected.radius[*i]).abs() > 1e-5 * radius
+    };
+    let count = (0..frame.unfiltered.len()).filter(differs).count();
+    assert!(count * 1000 <= frame.unfiltered.len(), "{count} pixels differ");
+    assert!(expected.distance.iter().any(|&d| is_fluid(d)));
+}
+
+#[test]
+fn depth_and_radius_agree_with_their_twin() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -0.7, -4.0], [14, 10, 16], 0.15, 0.3, 1);
+    for camera in [perspective(0.5, 1.2), parallel(0.5, 2.2)] {
+        for radius in [0.09, 0.004, 0.3] {
+            let mut scene = Scene::new(camera, [160, 120], &body.positions, radius, 0.15);
+            // A wall through the body hides the right half of what lies behind it.
+            for (i, limit) in scene.scene_distance.iter_mut().enumerate() {
+                *limit = if i % 160 > 80 { 2.5 } else { NO_SURFACE };
+            }
+            let frame = scene.render(&gpu, &params("none", 2, 1.0));
+            let expected = twin::depth(&scene.view(), &[scene.host_set()], &scene.scene_distance);
+            assert_same_surface(&frame, &expected, radius);
+            // Half of what is kept fades and grows: the radius pass.
+            scene.uniform_radius = false;
+            for range in &mut scene.ranges {
+                range.keep = 30_000;
+            }
+            for (i, particle) in scene.particles.iter_mut().enumerate() {
+                let relative = half_bits(0.6 + 0.8 * (i % 7) as f32 / 7.0);
+                *particle = PackedParticle {
+                    packed: relative << 16 | u32::from(particle.hash() % 30_000),
+                    ..*particle
+                };
+            }
+            let frame = scene.render(&gpu, &params("none", 2, 1.0));
+            let expected = twin::depth(&scene.view(), &[scene.host_set()], &scene.scene_distance);
+            assert_same_surface(&frame, &expected, radius);
+        }
+    }
+}
+
+fn half_bits(value: f32) -> u32 {
+    // Enough for values in [0.5, 2): truncation of the significand.
+    let bits = value.to_bits();
+    ((bits >> 23) - 112) << 10 | (bits >> 13 & 0x3ff)
+}
+
+#[test]
+fn normals_of_a_plane_and_of_a_sphere() {
+    let gpu = gpu();
+    // One huge sphere: smooth, with known normals.
+    for camera in [perspective(0.0, 1.0), parallel(0.0, 8.0)] {
+        let center = Vec3::new(0.5, 0.3, -8.0);
+        let scene = Scene::new(camera, [320, 240], &[center.to_array()], 3.0, 1.0);
+        let frame = scene.render(&gpu, &params("none", 1, 0.0));
+        let view = scene.view();
+        let expected = twin::normal(&view, &frame.distance, &frame.radius);
+        for (i, &bits) in frame.normal.iter().enumerate() {
+            if !is_fluid(frame.distance[i]) {
+                assert_eq!(bits, 0);
+                continue;
+            }
+            let n = twin::unpack_normal(bits);
+            let (origin, step) = view.ray(DVec2::new((i % 320) as f64 + 0.5, (i / 320) as f64 + 0.5));
+            let point = (origin + f64::from(frame.distance[i]) * step).as_vec3();
+            let exact = (point - center) / 3.0;
+            let facing = exact.dot((-step.normalize()).as_vec3());
+            // Single precision of distances of 8 gives slopes to about 1e-3 per pixel; where the surface turns away a
+            // pixel spans a large angle.
+            if facing > 0.5 {
+                assert!(n.dot(expected[i]) > 0.99999, "{n} {}", expected[i]);
+                assert!(n.dot(exact) > 0.9995, "{n} {exact}");
+            }
+            assert!(n.is_normalized() && n.dot((-step.normalize()).as_vec3()) > 0.0);
+        }
+    }
+}
+
+#[test]
+fn a_splat_before_the_near_distance_is_not_drawn_and_nothing_is_nan() {
+    let gpu = gpu();
+    let camera = perspective(0.0, 1.0);
+    let positions =
+        [[0.0, 0.0, 0.0], [0.0, 0.0, -0.05], [0.0, 0.0, 0.3], [0.1, 0.1, -0.1001], [0.0, 0.0, -5.0]];
+    let scene = Scene::new(camera, [64, 48], &positions, 0.1, 0.1);
+    let frame = scene.render(&gpu, &params("none", 2, 1.0));
+    assert!(frame.distance.iter().all(|d| d.is_finite() && *d > 0.0));
+    assert!(frame.thickness.iter().all(|t| t.is_finite() && *t >= 0.0));
+    assert!(frame.distance.iter().filter(|&&d| is_fluid(d)).all(|&d| (4.89..5.0).contains(&d)));
+    assert!(frame.distance.iter().any(|&d| is_fluid(d)));
+}
+
+#[test]
+fn tiny_and_odd_pictures_and_no_particles() {
+    let gpu = gpu();
+    let body = lattice::ball([0.0, 0.0, -4.0], 1.0, 0.2);
+    for size in [[1, 1], [4097, 3], [3, 517], [7, 5]] {
+        for (positions, expect) in [(&body.positions[..], true), (&[], false)] {
+            let scene = Scene::new(perspective(0.0, 0.5), size, positions, 0.125, 0.2);
+            for scale in [1, 2, 4] {
+                let frame = scene.render(&gpu, &params("none", scale, 1.0));
+                assert_eq!(frame.distance.iter().any(|&d| is_fluid(d)), expect, "{size:?}");
+                let agree = |(&d, &t): (&f32, &f32)| is_fluid(d) == (t > 0.0) && t.is_finite();
+                assert!(frame.distance.iter().zip(&frame.thickness).all(agree), "{size:?} {scale}");
+            }
+        }
+    }
+}
+
+#[test]
+fn the_same_input_gives_the_same_bytes() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -0.7, -4.0], [24, 20, 16], 0.1, 0.3, 1);
+    let mut scene = Scene::new(perspective(0.5, 1.2), [160, 120], &body.positions, 0.06, 0.1);
+    scene.uniform_radius = false;
+    scene.ranges.iter_mut().for_each(|range: &mut KeptRange| range.keep = 65_000);
+    let first = scene.render(&gpu, &params("none", 2, 1.0));
+    for _ in 0..3 {
+        assert_eq!(scene.render(&gpu, &params("none", 2, 1.0)), first);
+    }
+}

@@ -1,0 +1,135 @@
+//! Thickness against known volumes and the CPU twin.
+
+mod common;
+
+use common::{Scene, gpu, is_fluid, parallel, params, perspective};
+use meniscus_cases::lattice;
+use meniscus_core::Projection;
+use meniscus_gpu::role::NO_SURFACE;
+use meniscus_ssfr::twin;
+
+fn mean(values: impl Iterator<Item = f32>) -> f64 {
+    let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + f64::from(v), count + 1));
+    sum / f64::from(count)
+}
+
+/// `algorithms.md` 14.2: a box of depth 2 seen along its depth; s is the drawn radius per half spacing.
+#[test]
+fn a_box_is_as_thick_as_it_is_deep_whatever_the_radius() {
+    let gpu = gpu();
+    let spacing = 0.1;
+    let body = lattice::cuboid([-1.5, -1.5, -6.0], [30, 30, 20], spacing, 0.0, 1);
+    // Interior pixels: away from the box's sides by more than the largest radius.
+    for (size, scale) in [([256, 256], 1), ([256, 256], 2), ([256, 256], 4), ([48, 48], 1)] {
+        for s in [1.0, 1.24, 1.5, 2.0] {
+            let scene = Scene::new(parallel(0.0, 4.0), size, &body.positions, s * spacing / 2.0, spacing);
+            let frame = scene.render(&gpu, &params("none", scale, 1.0));
+            let interior = (0..size[1]).flat_map(|y| (0..size[0]).map(move |x| (x, y))).filter(|&(x, y)| {
+                [x, y]
+                    .iter()
+                    .zip(size)
+                    .all(|(&c, side)| ((c as f32 + 0.5) / side as f32 * 4.0 - 2.0).abs() < 1.2)
+            });
+            let found = mean(interior.map(|(x, y)| frame.thickness[(y * size[0] + x) as usize]));
+            assert!((found - 2.0).abs() < 0.02, "s {s}, size {size:?}, scale {scale}: {found}");
+        }
+    }
+}
+
+/// `algorithms.md` 14.3, from splats of many pixels to splats of a hundredth of one.
+#[test]
+fn the_integral_over_the_picture_is_the_volume() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -1.0, -6.0], [20, 20, 20], 0.1, 0.4, 1);
+    for side in [400, 100, 33, 9] {
+        let scene = Scene::new(parallel(0.0, 4.0), [side, side], &body.positions, 0.0625, 0.1);
+        let frame = scene.render(&gpu, &params("none", 1, 0.0));
+        let pixel_area = (4.0 / f64::from(side)).powi(2);
+        let volume = frame.thickness.iter().map(|&t| f64::from(t)).sum::<f64>() * pixel_area;
+        // Volume shared out beyond the last pixel that shows a surface is lost where the splats are small: less than a
+        // pixel's ring around the body.
+        let tolerance = if side >= 100 { 1e-3 } else { 0.03 };
+        assert!((volume / body.volume - 1.0).abs() < tolerance, "{side}: {volume} of {}", body.volume);
+    }
+}
+
+/// Far water neither vanishes nor grows: the mean thickness over the picture follows the inverse square of the distance.
+#[test]
+fn far_water_keeps_its_volume() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -1.0, -1.0], [20, 20, 20], 0.1, 0.4, 1);
+    for distance in [20.0, 100.0, 500.0] {
+        let mut camera = perspective(distance, 1.0);
+        camera.projection = Projection::Perspective { fovy_rad: 1.0 };
+        let scene = Scene::new(camera, [256, 256], &body.positions, 0.0625, 0.1);
+        let set = [scene.host_set()];
+        let exact: f64 = twin::thickness_sum(&scene.view(), &set, &scene.scene_distance, 1).iter().sum();
+        let frame = scene.render(&gpu, &params("none", 1, 0.0));
+        let found: f64 = frame.thickness.iter().map(|&t| f64::from(t)).sum();
+        let pixel = 2.0 * 0.5f64.tan() / 256.0 * f64::from(distance);
+        let expected = body.volume / (pixel * pixel);
+        // The body is 2 deep: its front is seen larger than its middle.
+        assert!((exact / expected - 1.0).abs() < 0.02, "{distance}: twin {exact} of {expected}");
+        assert!((found / exact - 1.0).abs() < 0.03, "{distance}: {found} of {exact}");
+    }
+}
+
+#[test]
+fn thickness_agrees_with_its_twin() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -0.7, -4.0], [14, 10, 16], 0.15, 0.3, 1);
+    for camera in [perspective(0.5, 1.2), parallel(0.5, 2.2)] {
+        for (radius, scale, smoothing) in [(0.09, 1, 0.0), (0.09, 2, 1.0), (0.3, 4, 0.5), (0.01, 2, 1.0)] {
+            let mut scene = Scene::new(camera, [161, 120], &body.positions, radius, 0.15);
+            for (i, limit) in scene.scene_distance.iter_mut().enumerate() {
+                *limit = if i % 161 > 80 { 3.1 } else { NO_SURFACE };
+            }
+            let frame = scene.render(&gpu, &params("none", scale, smoothing));
+            let view = scene.view();
+            let sum = twin::thickness_sum(&view, &[scene.host_set()], &scene.scene_distance, scale as usize);
+            let expected = twin::thickness_smooth(
+                &view,
+                &sum,
+                (&frame.unfiltered, &frame.radius),
+                &scene.scene_distance,
+                scale as usize,
+                (smoothing.into(), 0.15 / f64::from(radius)),
+            );
+            let step = 0.15 / 1024.0;
+            for (i, (&found, &exact)) in frame.thickness.iter().zip(&expected).enumerate() {
+                // Fixed point: each of up to some 40 splats on a ray is rounded by at most a step.
+                let tolerance = 40.0 * step + 1e-3 * exact;
+                assert!((found - exact).abs() < tolerance, "{i}: {found} {exact}, {radius} {scale}");
+                assert_eq!(found > 0.0, is_fluid(frame.distance[i]));
+            }
+        }
+    }
+}
+
+/// What many people check first: twice the radius, the same water.
+#[test]
+fn the_radius_does_not_change_the_mean_thickness() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -1.0, -6.0], [20, 20, 20], 0.1, 0.3, 1);
+    let total = |radius| {
+        let scene = Scene::new(perspective(0.0, 0.8), [300, 300], &body.positions, radius, 0.1);
+        let frame = scene.render(&gpu, &params("none", 2, 1.0));
+        mean(frame.thickness.iter().copied())
+    };
+    let (one, two) = (total(0.0625), total(0.125));
+    assert!((two / one - 1.0).abs() < 0.01, "{one} {two}");
+}
+
+/// The scene cuts the thickness at its own distance.
+#[test]
+fn a_floor_inside_the_body_halves_it() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.5, -1.5, -6.0], [30, 30, 20], 0.1, 0.0, 1);
+    let mut scene = Scene::new(parallel(0.0, 2.0), [64, 64], &body.positions, 0.0625, 0.1);
+    scene.scene_distance.fill(5.0);
+    for scale in [1, 2, 4] {
+        let frame = scene.render(&gpu, &params("none", scale, 1.0));
+        let found = mean(frame.thickness.iter().copied());
+        assert!((found - 1.0).abs() < 0.01, "{scale}: {found}");
+    }
+}

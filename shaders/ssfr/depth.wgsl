@@ -1,0 +1,81 @@
+// Nearest sphere per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are.
+#import meniscus::camera::Camera
+#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, footprint, POINT_HALF_PX}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<uniform> splats: SplatSet;
+@group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
+@group(0) @binding(3) var<storage, read> ranges: array<KeptRange>;
+@group(0) @binding(4) var<storage, read_write> nearest: array<atomic<u32>>;
+
+const LANES: u32 = 64u;
+
+fn draw(grid: Grid, splat: Splat) {
+    var box = footprint(grid, splat);
+    let is_point = max(box.half_px.x, box.half_px.y) < POINT_HALF_PX;
+    if is_point {
+        box.first = vec2<i32>(floor(clamp(box.center_px, vec2(-1.0), vec2<f32>(grid.last_px) + 1.0)));
+        box.last = select(box.first, box.first - 1, any(box.first < vec2(0)) || any(box.first > grid.last_px));
+    }
+    if any(box.last < box.first) {
+        return;
+    }
+    // Chord of each pixel as in `chord_at`, with what is constant along a row or a splat taken out of the loops.
+    let d = splat.center.z;
+    let lift = mix(1.0, d, grid.perspective);
+    let plane_first = grid.first + vec2<f32>(box.first) * grid.step;
+    let o_first = plane_first * lift - splat.center.xy;
+    let o_step = grid.step * lift;
+    let s_first = plane_first * grid.perspective;
+    let s_step = grid.step * grid.perspective;
+    let radius_squared = splat.radius * splat.radius;
+    let floor_squared = select(-1.0, 0.0, is_point);
+    let front = d - splat.radius;
+    let front_bits = bitcast<u32>(front);
+    let columns = box.last.x - box.first.x;
+    var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
+    var o_y = o_first.y;
+    var s_y = s_first.y;
+    for (var y = box.first.y; y <= box.last.y; y++) {
+        let inside = radius_squared - o_y * o_y;
+        let k_y = o_y * s_y;
+        let a_y = 1.0 + s_y * s_y;
+        var o_x = o_first.x;
+        var s_x = s_first.x;
+        for (var x = 0; x <= columns; x++) {
+            let pixel = row + u32(x);
+            // The sphere's nearest point is behind what is there: nothing to win.
+            if atomicLoad(&nearest[pixel]) > front_bits {
+                let a = a_y + s_x * s_x;
+                let k = k_y + o_x * s_x;
+                let root = k * k + a * (inside - o_x * o_x);
+                let reachable = max(root, floor_squared);
+                if reachable >= 0.0 {
+                    atomicMin(&nearest[pixel], bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front)));
+                }
+            }
+            o_x += o_step.x;
+            s_x += s_step.x;
+        }
+        row += u32(grid.last_px.x + 1);
+        o_y += o_step.y;
+        s_y += s_step.y;
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let index = group.y * groups.x + group.x;
+    if index >= splats.range_count {
+        return;
+    }
+    let range = ranges[index];
+    let grid = grid_of(camera, 1u);
+    for (var i = lane; i < range.count; i += LANES) {
+        let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
+        if is_drawn(camera, splat) {
+            draw(grid, splat);
+        }
+    }
+}

@@ -1,0 +1,93 @@
+// View-space normals from distances (algorithms.md 7). Along each axis the difference is taken on the side on which the
+// surface continues: where extrapolation from two pixels predicts this one best.
+#import meniscus::camera::{Camera, view_ray}
+#import meniscus::surface::{is_empty, pack_normal}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> distance: array<f32>;
+@group(0) @binding(2) var<storage, read> radius: array<f32>;
+@group(0) @binding(3) var<storage, read_write> normal: array<u32>;
+
+// Error, in radii, below which both sides count as the same surface and are averaged.
+const NOISE_RADII: f32 = 0.02;
+// Smallest cosine between normal and direction to the eye.
+const GRAZING: f32 = 0.02;
+const EMPTY: f32 = -3.4e38;
+
+// A number that is affine in the pixel on any plane: 1/d under perspective, -d in parallel projection. Greater is nearer.
+fn key_at(pixel: u32, is_inside: bool) -> f32 {
+    if !is_inside {
+        return EMPTY;
+    }
+    let d = distance[pixel];
+    if is_empty(d) {
+        return EMPTY;
+    }
+    return select(1.0 / d, -d, camera.orthographic != 0u);
+}
+
+fn is_gap(key: f32) -> bool {
+    return key <= -1.7e38;
+}
+
+struct Side {
+    difference: f32,
+    weight: f32,
+}
+
+// Difference towards a neighbour `near` with its own neighbour `far` behind it; `outward` is +1 or -1.
+fn side(center: f32, near: f32, far: f32, outward: f32, noise: f32) -> Side {
+    if is_gap(near) {
+        return Side(0.0, 0.0);
+    }
+    let difference = near - center;
+    let error = select((far - near) - difference, difference, is_gap(far)) / noise;
+    // Cut where the fourth power would overflow.
+    let fourth = pow(min(abs(error), 1e7), 4.0);
+    return Side(outward * difference, 1.0 / (1.0 + fourth));
+}
+
+fn slope(center: f32, at: u32, last: u32, pixel: u32, stride: u32, noise: f32) -> f32 {
+    let after = side(center, key_at(pixel + stride, at < last), key_at(pixel + 2u * stride, at + 1u < last), 1.0, noise);
+    let before = side(center, key_at(pixel - stride, at > 0u), key_at(pixel - 2u * stride, at > 1u), -1.0, noise);
+    let weight = after.weight + before.weight;
+    if weight <= 0.0 {
+        return 0.0;
+    }
+    return (after.difference * after.weight + before.difference * before.weight) / weight;
+}
+
+@compute @workgroup_size(64, 1)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= camera.size_px) {
+        return;
+    }
+    let pixel = id.y * camera.size_px.x + id.x;
+    let d = distance[pixel];
+    if is_empty(d) {
+        normal[pixel] = 0u;
+        return;
+    }
+    let is_parallel = camera.orthographic != 0u;
+    let center = key_at(pixel, true);
+    let noise = max(NOISE_RADII * radius[pixel], 4e-7 * d) * select(center * center, 1.0, is_parallel);
+    let last = camera.size_px - 1u;
+    let width = camera.size_px.x;
+    let per_px = vec2(slope(center, id.x, last.x, pixel, 1u, noise), slope(center, id.y, last.y, pixel, width, noise));
+    // Key per plane coordinate: tangents (perspective) or world units.
+    let gradient = per_px / (2.0 * camera.half_extent / vec2<f32>(camera.size_px)) * vec2(1.0, -1.0);
+    let ray = view_ray(camera, vec2<f32>(id.xy) + 0.5);
+    // The plane n.x = c seen along the ray d (s, -1) has 1/d = (n.xy . s - n.z) / c, hence n.xy/c is the gradient of 1/d.
+    // In parallel projection n.xy . o - n.z d = c, so that -n.xy/n.z is the gradient of -d.
+    var n = vec3(gradient, dot(gradient, ray.step.xy) - center);
+    if is_parallel {
+        n = vec3(gradient, -1.0);
+    }
+    n = -normalize(n);
+    let to_eye = -normalize(ray.step);
+    let cosine = dot(n, to_eye);
+    if cosine < GRAZING {
+        n = normalize(n + (GRAZING - cosine) * to_eye);
+    }
+    normal[pixel] = pack_normal(n);
+}

@@ -1,0 +1,119 @@
+#define_import_path meniscus::splat
+#import meniscus::camera::Camera
+#import meniscus::particle::{PackedParticle, kept}
+
+// What all splats of one set share.
+struct SplatSet {
+    radius_world: f32,
+    volume_world: f32,
+    // Steps per world unit of the fixed-point thickness.
+    steps_per_world: f32,
+    range_count: u32,
+}
+
+// The pixel centres of a picture. Plane coordinates are tangents x/d, y/d (perspective) or view-space x, y (parallel);
+// pixel (i, j) is centred at first + (i, j) * step.
+struct Grid {
+    first: vec2<f32>,
+    step: vec2<f32>,
+    last_px: vec2<i32>,
+    // 1 for perspective, 0 for parallel projection.
+    perspective: f32,
+}
+
+// A particle ready to be drawn. `center` is its view-space x, y and its distance.
+struct Splat {
+    center: vec3<f32>,
+    radius: f32,
+    volume: f32,
+}
+
+// Pixels whose centres lie in the splat's bounding rectangle; empty when last < first.
+struct Footprint {
+    first: vec2<i32>,
+    last: vec2<i32>,
+    // Half sizes of the rectangle in pixels, before rounding.
+    half_px: vec2<f32>,
+    // Centre in pixels; the top left corner of the picture is (0, 0).
+    center_px: vec2<f32>,
+}
+
+// Where the line of sight through a pixel enters and leaves a sphere.
+struct Chord {
+    // Half of the stretch of distances inside the sphere, squared; negative = miss.
+    half_squared: f32,
+    // Distance halfway.
+    middle: f32,
+    // Length along the ray per unit of distance.
+    stretch: f32,
+}
+
+// Below this half size in pixels a sphere may slip between pixel centres (half the diagonal of a pixel).
+const POINT_HALF_PX: f32 = 0.71;
+
+// The pixel grid of the picture, or of the picture reduced by `scale`, whose pixels are blocks of scale x scale.
+fn grid_of(camera: Camera, scale: u32) -> Grid {
+    let step = 2.0 * camera.half_extent / vec2<f32>(camera.size_px) * f32(scale) * vec2(1.0, -1.0);
+    let corner = camera.half_extent * vec2(-1.0, 1.0);
+    let size = (camera.size_px + scale - 1u) / scale;
+    return Grid(corner + 0.5 * step, step, vec2<i32>(size) - 1, select(1.0, 0.0, camera.orthographic != 0u));
+}
+
+// Radius relative to the set's: the IEEE half in the high 16 bits, >= 0. (unpack2x16float needs an optional capability.)
+fn relative_radius(packed: u32) -> f32 {
+    // The exponent of a half is biased by 15, that of a float by 127.
+    return bitcast<f32>((packed >> 16u) << 13u) * 0x1p+112f;
+}
+
+fn splat_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep: u32) -> Splat {
+    let p = (camera.view_from_world * vec4(particle.position_world, 1.0)).xyz;
+    let relative = relative_radius(particle.packed);
+    let chosen = kept(particle.packed, keep);
+    return Splat(
+        vec3(p.xy, -p.z),
+        splats.radius_world * relative * chosen.radius,
+        splats.volume_world * relative * relative * relative * chosen.weight,
+    );
+}
+
+// A splat that reaches before the near distance is not drawn at all; that also keeps the eye outside of every splat.
+fn is_drawn(camera: Camera, splat: Splat) -> bool {
+    return splat.radius > 0.0 && splat.center.z - splat.radius >= camera.near_world;
+}
+
+// Exact bounding rectangle (algorithms.md 1.2, solved for the sphere): tangents of the lines from the eye that touch the
+// circle in which the sphere meets the xz or yz plane.
+fn footprint(grid: Grid, splat: Splat) -> Footprint {
+    let d = splat.center.z;
+    let r = splat.radius;
+    var middle = splat.center.xy;
+    var half = vec2(r);
+    var center = splat.center.xy;
+    if grid.perspective > 0.0 {
+        let inverse = 1.0 / (d * d - r * r);
+        middle = splat.center.xy * (d * inverse);
+        half = r * sqrt(splat.center.xy * splat.center.xy + (d * d - r * r)) * inverse;
+        center = splat.center.xy / d;
+    }
+    let to_px = 1.0 / grid.step;
+    let middle_px = (middle - grid.first) * to_px;
+    let half_px = half * abs(to_px);
+    // Far outside of the picture the conversion to integers would overflow.
+    let far = vec2<f32>(grid.last_px) + 2.0;
+    let low = clamp(ceil(middle_px - half_px), vec2(0.0), far);
+    let high = clamp(floor(middle_px + half_px), vec2(-1.0), far - 2.0);
+    return Footprint(vec2<i32>(low), vec2<i32>(high), half_px, (center - grid.first) * to_px + 0.5);
+}
+
+// Line of sight at plane coordinates `plane` against the sphere (algorithms.md 1.1). Written around the point of the ray
+// at the distance of the centre, so that nothing of the order of distance squared is subtracted: with o from the centre
+// to that point and s the step of the ray per distance, |o + t s| = R.
+fn chord_at(grid: Grid, splat: Splat, plane: vec2<f32>) -> Chord {
+    let s = plane * grid.perspective;
+    let o = plane * mix(1.0, splat.center.z, grid.perspective) - splat.center.xy;
+    let a = 1.0 + dot(s, s);
+    let k = dot(o, s);
+    let inverse = 1.0 / a;
+    let half_squared = (k * k + a * (splat.radius * splat.radius - dot(o, o))) * inverse * inverse;
+    return Chord(half_squared, splat.center.z - k * inverse, sqrt(a));
+}

@@ -1,0 +1,17 @@
+#define_import_path meniscus::thickness
+
+struct Thickness {
+    // Size of the reduced image; its pixels are blocks of scale x scale.
+    size_px: vec2<u32>,
+    scale: u32,
+    // World units per step of the fixed-point sums.
+    world_per_step: f32,
+    // Standard deviation of the smoothing in spacings.
+    sigma_spacings: f32,
+    // Spacing of the particles per drawn radius.
+    spacing_per_radius: f32,
+    pad: vec2<f32>,
+}
+
+// From here on a sum takes no more: half of the range, so that additions in flight never wrap.
+const SATURATED: u32 = 0x80000000u;
