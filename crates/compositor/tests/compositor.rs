@@ -1,0 +1,138 @@
+//! Against a real device: a missing adapter is a failure, not a skip.
+
+use meniscus_compositor::{Compositor, CompositorParameters, ToneCurve, twin};
+use meniscus_gpu::role::{DisplayImage, Radiance};
+use meniscus_gpu::{AdapterChoice, Gpu, Image, Recorder, Timing};
+
+fn gpu() -> Gpu {
+    Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
+}
+
+fn display(
+    gpu: &Gpu,
+    size: [u32; 2],
+    pixels: &[[f32; 4]],
+    parameters: &CompositorParameters,
+) -> Vec<[u8; 4]> {
+    let mut compositor = Compositor::new(gpu).unwrap();
+    compositor.resize(gpu, size).unwrap();
+    let radiance = Image::<Radiance>::from_pixels(gpu, size, pixels).unwrap();
+    let display = Image::<DisplayImage>::new(gpu, size).unwrap();
+    let mut recorder = Recorder::new(gpu, Timing::Stamps);
+    compositor.record(gpu, &mut recorder, parameters, &radiance, &display);
+    let _ = recorder.submit(gpu).unwrap();
+    display.read(gpu).unwrap().into_iter().map(u32::to_le_bytes).collect()
+}
+
+#[test]
+fn tone_curves_follow_their_twin() {
+    let gpu = gpu();
+    let levels: Vec<[f32; 4]> = (0..256)
+        .map(|i| {
+            let x = 1e-3 * 1.06f32.powi(i);
+            [x, 0.5 * x, 0.1 + 0.2 * x, 1.0]
+        })
+        .collect();
+    for tone_curve in [ToneCurve::Neutral, ToneCurve::Filmic, ToneCurve::Clip] {
+        for (contrast, saturation, exposure) in [(1.0, 1.0, 0.0), (1.4, 0.3, 1.5)] {
+            let parameters = CompositorParameters {
+                tone_curve,
+                contrast,
+                saturation,
+                exposure,
+                anti_aliasing: false,
+                ..Default::default()
+            };
+            let pixels = display(&gpu, [256, 1], &levels, &parameters);
+            for (found, level) in pixels.iter().zip(&levels) {
+                let expected = twin::display_color(&parameters, [level[0], level[1], level[2]]);
+                for c in 0..3 {
+                    let difference = f32::from(found[c]) - expected[c] * 255.0;
+                    // One step: half of it dither, half of it rounding; 0.1 for the driver's pow.
+                    assert!(difference.abs() <= 1.1, "{tone_curve:?} {level:?}: {found:?} {expected:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn no_input_makes_a_pixel_that_is_not_a_colour() {
+    let gpu = gpu();
+    let odd = [f32::NAN, f32::INFINITY, f32::NEG_INFINITY, f32::MAX, f32::MIN, -0.0, 1e-45, 0.5];
+    let pixels: Vec<[f32; 4]> =
+        (0..64).map(|i| [odd[i % 8], odd[i / 8], odd[(i + 3) % 8], odd[(i * 5) % 8]]).collect();
+    for tone_curve in [ToneCurve::Neutral, ToneCurve::Filmic, ToneCurve::Clip] {
+        for (contrast, exposure) in [(1.0, 0.0), (4.0, 20.0), (0.1, -20.0)] {
+            let parameters = CompositorParameters {
+                tone_curve,
+                contrast,
+                exposure,
+                anti_aliasing: false,
+                transparent: true,
+                ..Default::default()
+            };
+            let found = display(&gpu, [8, 8], &pixels, &parameters);
+            for (pixel, input) in found.iter().zip(&pixels) {
+                let expected = twin::display_color(&parameters, [input[0], input[1], input[2]]);
+                for c in 0..3 {
+                    assert!(expected[c].is_finite());
+                    let difference = f32::from(pixel[c]) - expected[c] * 255.0;
+                    // As above, and one more step for pow of extreme exponents.
+                    assert!(difference.abs() <= 2.1, "{tone_curve:?} {input:?}: {pixel:?} {expected:?}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn anti_aliasing_softens_a_slanted_edge_and_leaves_the_rest() {
+    let gpu = gpu();
+    let size = [64, 64];
+    let pixels: Vec<[f32; 4]> = (0..64 * 64)
+        .map(|i| {
+            let (x, y) = (i % 64, i / 64);
+            let v = if 4 * y < x + 100 { 0.6 } else { 0.05 };
+            [v, v, v, 1.0]
+        })
+        .collect();
+    let run = |anti_aliasing| {
+        let parameters = CompositorParameters { anti_aliasing, ..Default::default() };
+        display(&gpu, size, &pixels, &parameters)
+    };
+    let (hard, soft) = (run(false), run(true));
+    let levels = |image: &[[u8; 4]]| {
+        let mut steps: Vec<u8> = image.iter().map(|p| p[0] / 8).collect();
+        steps.sort_unstable();
+        steps.dedup();
+        steps.len()
+    };
+    assert!(levels(&hard) <= 4, "{}", levels(&hard));
+    assert!(levels(&soft) > levels(&hard) + 3, "{} levels", levels(&soft));
+    for (i, (h, s)) in hard.iter().zip(&soft).enumerate() {
+        let (x, y) = (i as i32 % 64, i as i32 / 64);
+        if (4 * y - x - 100).abs() > 12 {
+            assert_eq!(h, s, "far from the edge at {x}, {y}");
+        }
+    }
+}
+
+#[test]
+fn alpha_is_coverage_only_on_request_and_one_pixel_is_enough() {
+    let gpu = gpu();
+    for (transparent, alpha) in [(false, 255), (true, 64)] {
+        let parameters = CompositorParameters { transparent, ..Default::default() };
+        let pixels = display(&gpu, [1, 1], &[[0.2, 0.3, 0.4, 0.25]], &parameters);
+        assert_eq!(pixels[0][3], alpha);
+    }
+}
+
+#[test]
+fn the_same_picture_twice_is_the_same_bytes() {
+    let gpu = gpu();
+    let pixels: Vec<[f32; 4]> =
+        (0..33 * 17).map(|i| [(i % 7) as f32 * 0.2, 0.3, (i % 5) as f32, 1.0]).collect();
+    let run = || display(&gpu, [33, 17], &pixels, &CompositorParameters::default());
+    assert_eq!(run(), run());
+}
