@@ -1,0 +1,182 @@
+//! The opaque scene pass: sky, floor and objects with their distance.
+
+use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
+use meniscus_gpu::{
+    Buffer, CameraUniform, Gpu, HostField, HostStruct, RasterPipeline, RasterPipelineDescriptor, Recorder,
+    Shader, Texture, host_fields, shader, wgpu,
+};
+use meniscus_scene::{Scene, Sides};
+
+use crate::{INCLUDES, MaterialUniform, ShadingError, Surroundings};
+
+pub(crate) const SHADER: Shader = shader!("shading/opaque");
+
+/// A vertex of an object; WGSL: `SceneVertex` in `shaders/shading/opaque.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+struct SceneVertex {
+    position_world: [f32; 3],
+    material: u32,
+    normal_world: [f32; 3],
+    front_only: u32,
+}
+
+impl HostStruct for SceneVertex {
+    const WGSL_NAME: &'static str = "SceneVertex";
+    const FIELDS: &'static [HostField] =
+        host_fields!(SceneVertex { position_world, material, normal_world, front_only });
+}
+
+#[derive(Debug)]
+enum Vertices {}
+
+impl Role for Vertices {
+    type Element = SceneVertex;
+    const NAME: &'static str = "SceneVertices";
+    const UNIT: &'static str = "world";
+    const EMPTY: SceneVertex =
+        SceneVertex { position_world: [0.0; 3], material: 0, normal_world: [0.0; 3], front_only: 0 };
+}
+
+#[derive(Debug)]
+enum Triangles {}
+
+impl Role for Triangles {
+    type Element = u32;
+    const NAME: &'static str = "SceneTriangles";
+    const UNIT: &'static str = "vertex index";
+    const EMPTY: u32 = 0;
+}
+
+#[derive(Debug)]
+enum Materials {}
+
+impl Role for Materials {
+    type Element = MaterialUniform;
+    const NAME: &'static str = "SceneMaterials";
+    const UNIT: &'static str = "linear Rec. 709";
+    const EMPTY: MaterialUniform = MaterialUniform {
+        color: [0.0; 3],
+        roughness: 1.0,
+        metallic: 0.0,
+        pattern: 0,
+        scale_world: 1.0,
+        pad: 0.0,
+    };
+}
+
+/// The objects of a scene on the GPU.
+#[derive(Debug)]
+pub struct SceneGeometry {
+    vertices: Buffer<Vertices>,
+    triangles: Buffer<Triangles>,
+    materials: Buffer<Materials>,
+    surroundings: Surroundings,
+}
+
+impl SceneGeometry {
+    /// Uploads `scene`.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when the objects exceed the device's limits.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, ShadingError> {
+        let (mut vertices, mut triangles, mut materials) = (Vec::new(), Vec::new(), Vec::new());
+        for object in &scene.objects {
+            let first = vertices.len() as u32;
+            let material = materials.len() as u32;
+            materials.push((&object.material).into());
+            let front_only = (object.sides == Sides::Front).into();
+            vertices.extend(object.mesh.positions.iter().zip(&object.mesh.normals).map(
+                |(&position_world, &normal_world)| SceneVertex {
+                    position_world,
+                    material,
+                    normal_world,
+                    front_only,
+                },
+            ));
+            triangles.extend(object.mesh.indices.iter().map(|i| first + i));
+        }
+        Ok(Self {
+            vertices: Buffer::from_slice(gpu, &vertices)?,
+            triangles: Buffer::from_slice(gpu, &triangles)?,
+            materials: Buffer::from_slice(gpu, &materials)?,
+            surroundings: Surroundings::new(scene),
+        })
+    }
+
+    /// Sun, sky and floor of the same scene, which lighting models need too.
+    pub fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
+    }
+}
+
+/// Draws sky, floor and objects.
+#[derive(Debug)]
+pub struct ScenePass {
+    pipeline: RasterPipeline,
+}
+
+impl ScenePass {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when the shader does not compile.
+    pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
+        let pipeline = gpu.raster_pipeline(&RasterPipelineDescriptor {
+            shader: SHADER,
+            includes: INCLUDES,
+            definitions: &[],
+            vertex_buffers: &[],
+            targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
+            depth: true,
+        })?;
+        Ok(Self { pipeline })
+    }
+
+    /// Draws `scene` as `shading.scene` into targets of the camera's size: linear radiance (alpha 0 where there is only
+    /// sky), distance along the view axis (`f32::MAX` for sky) and reversed depth (near / distance, 0 for sky).
+    #[expect(clippy::too_many_arguments, reason = "three targets of one pass, each with its own role")]
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        camera: &CameraUniform,
+        scene: &SceneGeometry,
+        color: &Texture<SceneColor>,
+        distance: &Texture<SceneDistance>,
+        depth: &Texture<SceneDepth>,
+    ) {
+        let bindings = [
+            ("camera", recorder.uniform(camera)),
+            ("surroundings", recorder.uniform(&scene.surroundings)),
+            ("vertices", scene.vertices.bind()),
+            ("triangles", scene.triangles.bind()),
+            ("materials", scene.materials.bind()),
+        ];
+        // Every pixel is drawn by the background's triangle; the clear values are never seen.
+        let targets = [(color.view(), wgpu::Color::TRANSPARENT), (distance.view(), wgpu::Color::TRANSPARENT)];
+        let count = 3 + scene.triangles.len() as u32;
+        recorder.raster(
+            gpu,
+            "shading.scene",
+            &self.pipeline,
+            &bindings,
+            &targets,
+            Some(depth.view()),
+            |pass| {
+                pass.draw(0..count, 0..1);
+            },
+        );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_match_their_shader() {
+        SceneVertex::check_layout(&SHADER, INCLUDES).unwrap();
+    }
+}

@@ -1,0 +1,217 @@
+//! Twin of `shaders/shading/fluid.wgsl`.
+
+use std::f32::consts::{LOG2_E, PI};
+
+use glam::{IVec2, Vec2, Vec3, Vec4};
+
+use super::brdf::{fresnel_dielectric, ggx};
+use super::surroundings::{Cone, surroundings_radiance};
+use super::view::{
+    is_empty, point_to_world, project_px, px_per_world, to_world, towards_eye, unpack_normal, view_position,
+};
+use super::{TwinInput, mix, smoothstep};
+use crate::models::FluidUniform;
+
+const MARCH_STEPS: i32 = 4;
+const REFINE_STEPS: i32 = 2;
+const MIN_PATH_COSINE: f32 = 0.3;
+const MIN_N_V: f32 = 0.03;
+
+struct WaterPoint {
+    position_view: Vec3,
+    normal_view: Vec3,
+    to_eye_view: Vec3,
+    distance: f32,
+    n_v: f32,
+}
+
+fn water_point(input: &TwinInput<'_>, pixel: [u32; 2], distance: f32, normal_bits: u32) -> WaterPoint {
+    let center = Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5;
+    let position_view = view_position(input.camera, center, distance);
+    let to_eye_view = towards_eye(input.camera, position_view);
+    let mut normal_view = unpack_normal(normal_bits);
+    let facing = normal_view.dot(to_eye_view);
+    if facing < MIN_N_V {
+        normal_view = (normal_view + (MIN_N_V - facing) * to_eye_view).normalize();
+    }
+    let n_v = normal_view.dot(to_eye_view).clamp(MIN_N_V, 1.0);
+    WaterPoint { position_view, normal_view, to_eye_view, distance, n_v }
+}
+
+fn refract(incident: Vec3, normal: Vec3, eta: f32) -> Vec3 {
+    let c = normal.dot(incident);
+    let k = 1.0 - eta * eta * (1.0 - c * c);
+    if k < 0.0 { Vec3::ZERO } else { eta * incident - (eta * c + k.sqrt()) * normal }
+}
+
+impl TwinInput<'_> {
+    fn index(&self, at: IVec2) -> usize {
+        at.y as usize * self.camera.size_px[0] as usize + at.x as usize
+    }
+
+    fn clamped(&self, at: IVec2) -> usize {
+        self.index(at.clamp(IVec2::ZERO, self.size() - 1))
+    }
+
+    fn size(&self) -> IVec2 {
+        IVec2::new(self.camera.size_px[0] as i32, self.camera.size_px[1] as i32)
+    }
+
+    fn inside(&self, px: Vec2) -> bool {
+        px.cmpge(Vec2::ZERO).all() && px.cmplt(self.size().as_vec2()).all()
+    }
+
+    fn scene_rgb(&self, index: usize) -> Vec3 {
+        Vec4::from(self.scene_color[index]).truncate()
+    }
+}
+
+fn clearance(input: &TwinInput<'_>, position_view: Vec3, water_distance: f32, limit: f32) -> f32 {
+    let px = project_px(input.camera, position_view);
+    if !input.inside(px) {
+        return limit;
+    }
+    let scene = input.scene_distance[input.index(px.as_ivec2())];
+    if scene < water_distance { limit } else { (scene + position_view.z).clamp(-limit, limit) }
+}
+
+fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> f32 {
+    let gap_at = |s: f32| clearance(input, water.position_view + s * direction, water.distance, reach);
+    let (mut near, mut near_gap) = (0.0, reach);
+    let mut far = None;
+    for i in 1..=MARCH_STEPS {
+        let s = reach * i as f32 / MARCH_STEPS as f32;
+        let gap = gap_at(s);
+        if gap < 0.0 {
+            far = Some((s, gap));
+            break;
+        }
+        (near, near_gap) = (s, gap);
+    }
+    let Some((mut far, mut far_gap)) = far else { return reach };
+    let cut = |near: f32, near_gap: f32, far: f32, far_gap: f32| {
+        let t = near_gap / (near_gap - far_gap);
+        near * (1.0 - t) + far * t
+    };
+    for _ in 0..REFINE_STEPS {
+        let s = cut(near, near_gap, far, far_gap);
+        let gap = gap_at(s);
+        if gap < 0.0 { (far, far_gap) = (s, gap) } else { (near, near_gap) = (s, gap) }
+    }
+    cut(near, near_gap, far, far_gap)
+}
+
+fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32) -> Option<Vec3> {
+    let corner = px - 0.5;
+    let base = corner.floor();
+    let f = corner - base;
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+    for k in 0..4 {
+        let offset = IVec2::new(k & 1, k >> 1);
+        let at = input.clamped(base.as_ivec2() + offset);
+        let along = |axis: usize| if offset[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
+        if input.scene_distance[at] >= water_distance {
+            let weight = along(0) * along(1) + 1e-4;
+            sum += weight * input.scene_rgb(at);
+            total += weight;
+        }
+    }
+    (total > 0.0).then(|| sum / total)
+}
+
+fn normal_spread(input: &TwinInput<'_>, pixel: [u32; 2], normal_view: Vec3) -> f32 {
+    let center = IVec2::new(pixel[0] as i32, pixel[1] as i32);
+    let sum: f32 = [IVec2::NEG_X, IVec2::X, IVec2::NEG_Y, IVec2::Y]
+        .into_iter()
+        .map(|offset| input.clamped(center + offset))
+        .filter(|&at| !is_empty(input.distance[at]))
+        .map(|at| unpack_normal(input.normal[at]).distance_squared(normal_view))
+        .sum();
+    0.25 * sum
+}
+
+fn transmitted(
+    fluid: &FluidUniform,
+    input: &TwinInput<'_>,
+    pixel: [u32; 2],
+    water: &WaterPoint,
+    thickness: f32,
+) -> Vec3 {
+    let camera = input.camera;
+    let incident = -water.to_eye_view;
+    let bent = refract(incident, water.normal_view, 1.0 / fluid.refractive_index);
+    let direction = mix(incident, bent, fluid.refraction_scale).normalize();
+    let reach = thickness / direction.dot(incident).max(MIN_PATH_COSINE);
+    let path = if reach > 0.0 { trace_path(input, water, direction, reach) } else { 0.0 };
+    let exit_view = water.position_view + path * direction;
+
+    let px = project_px(camera, exit_view);
+    let behind = if input.inside(px) {
+        let unbent = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
+        background(input, px, water.distance).unwrap_or_else(|| input.scene_rgb(unbent))
+    } else {
+        let onwards = if camera.orthographic != 0 { Vec3::NEG_Z } else { exit_view.normalize() };
+        let cone = Cone { width_world: 1.0 / px_per_world(camera, water.distance), growth: 0.0 };
+        let exit_world = point_to_world(camera, exit_view);
+        surroundings_radiance(input.surroundings, exit_world, to_world(camera, onwards), cone)
+    };
+
+    let sky = &input.surroundings.sky;
+    let extinction = Vec3::from(fluid.absorption) + fluid.scattering;
+    let transmittance = (-LOG2_E * extinction * path).map(f32::exp2);
+    let light = (Vec3::from(sky.irradiance_up) + Vec3::from(sky.irradiance_down)) / (2.0 * PI)
+        + Vec3::from(sky.sun_irradiance) / (4.0 * PI);
+    let albedo = fluid.scattering / extinction.max(Vec3::splat(1e-30));
+    transmittance * behind + albedo * (1.0 - transmittance) * light
+}
+
+/// Radiance and coverage of `pixel`.
+pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
+    let (camera, sky) = (input.camera, &input.surroundings.sky);
+    let index = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
+    let scene = Vec4::from(input.scene_color[index]);
+    let (distance, thickness) = (input.distance[index], input.thickness[index]);
+    if is_empty(distance) || thickness <= 0.0 || distance >= input.scene_distance[index] {
+        return scene.to_array();
+    }
+    let water = water_point(input, pixel, distance, input.normal[index]);
+    let spread = normal_spread(input, pixel, water.normal_view);
+    let normal = to_world(camera, water.normal_view);
+    let to_eye = to_world(camera, water.to_eye_view);
+    let position = point_to_world(camera, water.position_view);
+    let up = Vec3::from(sky.up);
+
+    let mut mirrored = (-to_eye).reflect(normal);
+    let level = smoothstep(0.15, 0.5, normal.dot(up));
+    mirrored = (mirrored - 2.0 * level * mirrored.dot(up).min(0.0) * up).normalize();
+    let px_world = 1.0 / px_per_world(camera, distance);
+    let cone = Cone { width_world: px_world, growth: 2.0 * spread.sqrt() + fluid.alpha };
+    let environment = surroundings_radiance(input.surroundings, position, mirrored, cone);
+
+    let alpha = (fluid.alpha * fluid.alpha + 0.5 * spread).sqrt().min(0.5);
+    let sun_direction = Vec3::from(sky.sun_direction);
+    let n_l = normal.dot(sun_direction);
+    let mut glint = Vec3::ZERO;
+    if n_l > 0.0 {
+        let half_way = (sun_direction + to_eye).normalize();
+        let lobe = ggx(n_l, water.n_v, normal.dot(half_way).max(0.0), alpha);
+        let fresnel = fresnel_dielectric(to_eye.dot(half_way), fluid.refractive_index);
+        glint = fresnel * lobe * n_l * Vec3::from(sky.sun_irradiance);
+    }
+
+    let reflectance = fresnel_dielectric(water.n_v, fluid.refractive_index);
+    let reflectance = reflectance + (1.0 - reflectance) * fluid.additional_reflection;
+    let through = transmitted(fluid, input, pixel, &water, thickness);
+    let mut color = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
+
+    let turn = spread.sqrt() * (fluid.spacing_world / px_world);
+    let thin = (-thickness / (1.5 * fluid.spacing_world.max(1e-30))).exp2();
+    let white = fluid.spray * thin * smoothstep(0.5, 2.0, turn);
+    let facing_up = 0.5 + 0.5 * normal.dot(up);
+    let diffuse = mix(sky.irradiance_down.into(), sky.irradiance_up.into(), facing_up)
+        + (0.5 + 0.5 * n_l) * Vec3::from(sky.sun_irradiance);
+    color = mix(color, diffuse / PI, white);
+
+    let coverage = smoothstep(0.0, (0.2 * fluid.spacing_world).max(1e-30), thickness);
+    mix(scene.truncate(), color, coverage).extend(scene.w.max(coverage)).to_array()
+}

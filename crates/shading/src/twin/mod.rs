@@ -1,0 +1,46 @@
+//! CPU twins: the same functions as the shaders' in the same order, in `f32`, module by module
+//! (`shaders/shading/<module>.inc.wgsl`). They are what the passes are tested against.
+
+pub mod brdf;
+pub(crate) mod fluid;
+pub(crate) mod material;
+pub(crate) mod sky;
+pub(crate) mod surroundings;
+mod view;
+
+use glam::Vec3;
+use meniscus_gpu::CameraUniform;
+
+use crate::{Surroundings, WaterScale};
+
+/// What a lighting model's twin reads: whole images, row by row from the top left, all of the camera's size.
+#[derive(Clone, Copy, Debug)]
+pub struct TwinInput<'a> {
+    /// The camera.
+    pub camera: &'a CameraUniform,
+    /// Sun, sky and floor.
+    pub surroundings: &'a Surroundings,
+    /// Lengths of the data.
+    pub scale: WaterScale,
+    /// Smoothed water surface along the view axis; `f32::MAX` = none.
+    pub distance: &'a [f32],
+    /// Length of water along the view ray.
+    pub thickness: &'a [f32],
+    /// Octahedral view-space normals.
+    pub normal: &'a [u32],
+    /// The opaque scene, linear radiance, as it is stored (rounded to half precision).
+    pub scene_color: &'a [[f32; 4]],
+    /// Distance of the opaque scene along the view axis; `f32::MAX` = sky.
+    pub scene_distance: &'a [f32],
+}
+
+/// WGSL's `mix` for vectors with one factor.
+pub(crate) fn mix(a: Vec3, b: Vec3, t: f32) -> Vec3 {
+    a * (1.0 - t) + b * t
+}
+
+/// WGSL's `smoothstep`.
+pub(crate) fn smoothstep(low: f32, high: f32, x: f32) -> f32 {
+    let t = ((x - low) / (high - low)).clamp(0.0, 1.0);
+    t * t * (3.0 - 2.0 * t)
+}

@@ -1,0 +1,5 @@
+//! The passes on a real device: a missing adapter is a failure, not a skip.
+
+mod fluid;
+mod scene;
+mod support;

@@ -1,0 +1,132 @@
+//! The opaque scene pass against rays cast on the host.
+
+use crate::support::{draw_scene, gpu, tiled_scene};
+use glam::{Mat4, Vec2, Vec3};
+use meniscus_core::{Aabb, Camera, Projection};
+use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Thickness, ViewNormal};
+use meniscus_gpu::{CameraUniform, Image, Recorder, Timing};
+use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
+use meniscus_shading::{Fluid, LightingInputs, LightingModel, Surroundings, WaterScale};
+
+const SIZE: [u32; 2] = [80, 60];
+
+/// Colour and distance of the drawn scene, read back through a lighting pass without water: radiance is then the scene's,
+/// and water at a chosen distance shows exactly where the scene is behind it.
+fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> Vec<[f32; 4]> {
+    let gpu = gpu();
+    let (color, distance) = draw_scene(&gpu, camera, scene);
+    let pixels = (SIZE[0] * SIZE[1]) as usize;
+    let water = Image::<EyeDistance>::from_pixels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
+    let thickness = Image::<Thickness>::from_pixels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
+    let normal = Image::<ViewNormal>::from_pixels(&gpu, SIZE, &vec![0; pixels]).unwrap();
+    let output = Image::<Radiance>::new(&gpu, SIZE).unwrap();
+    let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+    let inputs = LightingInputs {
+        camera,
+        surroundings: &Surroundings::new(scene),
+        scale: WaterScale { depth_world: 1.0, spacing_world: 0.1 },
+        distance: &water,
+        thickness: &thickness,
+        normal: &normal,
+        scene_color: &color,
+        scene_distance: &distance,
+    };
+    Fluid::default().compile(&gpu).unwrap().record(&gpu, &mut recorder, &inputs, &output);
+    let _ = recorder.submit(&gpu).unwrap();
+    output.read(&gpu).unwrap()
+}
+
+fn cameras() -> [Camera; 2] {
+    let perspective = Camera {
+        eye: Vec3::new(3.0, 1.5, 4.0),
+        target: Vec3::new(1.0, 0.3, 0.5),
+        up: Vec3::Y,
+        projection: Projection::Perspective { fovy_rad: 0.9 },
+        near: 0.01,
+    };
+    [perspective, Camera { projection: Projection::Orthographic { height_world: 3.0 }, ..perspective }]
+}
+
+/// Distance along the view axis to box or floor, by slabs; `NO_SURFACE` for sky.
+fn cast_box(camera: &CameraUniform, bounds: Aabb, pixel: usize) -> f32 {
+    let world_from_view = Mat4::from_cols_array_2d(&camera.world_from_view);
+    let px = Vec2::new((pixel % SIZE[0] as usize) as f32 + 0.5, (pixel / SIZE[0] as usize) as f32 + 0.5);
+    let ndc = px / Vec2::new(SIZE[0] as f32, SIZE[1] as f32) * Vec2::new(2.0, -2.0) + Vec2::new(-1.0, 1.0);
+    let offset = ndc * Vec2::from(camera.half_extent);
+    let (origin, step) = if camera.orthographic != 0 {
+        (offset.extend(0.0), Vec3::NEG_Z)
+    } else {
+        (Vec3::ZERO, offset.extend(-1.0))
+    };
+    let (o, d) = (world_from_view.transform_point3(origin), world_from_view.transform_vector3(step));
+    let (a, b) = ((bounds.min - o) / d, (bounds.max - o) / d);
+    let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
+    let floor = if o.y > 0.0 && d.y < 0.0 { -o.y / d.y } else { NO_SURFACE };
+    if near < far && near > 0.0 { near.min(floor) } else { floor }
+}
+
+#[test]
+fn boxes_floor_and_sky_lie_where_rays_meet_them() {
+    let bounds = Aabb { min: Vec3::new(0.5, 0.0, 0.2), max: Vec3::new(1.5, 0.8, 0.9) };
+    let mut scene = tiled_scene();
+    let material = Material { scale: 0.5, ..Material::named("concrete").unwrap() };
+    scene.objects.push(Object {
+        name: "box".into(),
+        mesh: Mesh::cuboid(bounds),
+        material,
+        sides: Sides::Both,
+    });
+    for camera in cameras() {
+        let camera = CameraUniform::new(&camera, SIZE);
+        let drawn = scene_colors(&camera, &scene, NO_SURFACE);
+        let expected: Vec<f32> = (0..drawn.len()).map(|i| cast_box(&camera, bounds, i)).collect();
+        for (pixel, &distance) in drawn.iter().zip(&expected) {
+            assert_eq!(pixel[3], if distance < NO_SURFACE { 1.0 } else { 0.0 });
+            assert!(pixel.iter().all(|c| c.is_finite() && *c >= 0.0));
+            assert!(pixel[..3].iter().any(|c| *c > 0.02), "nothing is black: {pixel:?}");
+        }
+        // Water just in front of and just behind a distance tells the distance that was written.
+        for water in [2.5f32, 3.5, 4.5] {
+            let with_water = scene_colors(&camera, &scene, water);
+            for (i, (with, without)) in with_water.iter().zip(&drawn).enumerate() {
+                // 1e-4: rounding of distances; pixels on the box's edges belong to either face.
+                if (expected[i] - water).abs() > 1e-4 * water && !on_edge(&expected, i) {
+                    assert_eq!(
+                        with != without,
+                        expected[i] > water,
+                        "pixel {i} at {} water {water}",
+                        expected[i]
+                    );
+                }
+            }
+        }
+    }
+}
+
+/// Whether the distance jumps next to `i`.
+fn on_edge(distances: &[f32], i: usize) -> bool {
+    let width = SIZE[0] as usize;
+    [i.wrapping_sub(1), i + 1, i.wrapping_sub(width), i + width]
+        .into_iter()
+        .filter_map(|j| distances.get(j))
+        .any(|d| (d - distances[i]).abs() > 0.15 * distances[i])
+}
+
+#[test]
+fn a_wall_is_seen_from_inside_only() {
+    let camera = CameraUniform::new(&cameras()[0], SIZE);
+    let empty = tiled_scene();
+    let mut walled = empty.clone();
+    let room = Aabb { min: Vec3::new(0.0, 0.0, -1.0), max: Vec3::new(2.0, 0.5, 1.0) };
+    walled.add_walls(room, 0.6, Material { scale: 0.5, ..Default::default() });
+    let (without, with) =
+        (scene_colors(&camera, &empty, NO_SURFACE), scene_colors(&camera, &walled, NO_SURFACE));
+    let changed = without.iter().zip(&with).filter(|(a, b)| a != b).count();
+    assert!(changed > 100, "the far walls are drawn: {changed}");
+    // The nearest corner of the room hides nothing: the floor in front of the far walls is still there.
+    let view = Mat4::from_cols_array_2d(&camera.view_from_world).transform_point3(Vec3::new(1.7, 0.0, 0.7));
+    let ndc = view.truncate() / -view.z / Vec2::from(camera.half_extent);
+    let px = (ndc * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(SIZE[0] as f32, SIZE[1] as f32);
+    let index = px.y as usize * SIZE[0] as usize + px.x as usize;
+    assert_eq!(without[index], with[index]);
+}

@@ -1,0 +1,29 @@
+#define_import_path meniscus::water
+
+#import meniscus::camera::{Camera, view_position, towards_eye, px_per_world}
+#import meniscus::surface::{is_empty, unpack_normal}
+
+// What every lighting model knows about the water surface in a pixel.
+
+struct WaterPoint {
+    position_view: vec3<f32>,
+    // Unit, bent towards the eye where it would face away.
+    normal_view: vec3<f32>,
+    to_eye_view: vec3<f32>,
+    distance: f32,
+    n_v: f32,
+}
+
+// Smallest cosine between normal and view: below it, Fresnel reflectance saturates in a bright rim (algorithms.md 7).
+const MIN_N_V: f32 = 0.03;
+
+fn water_point(camera: Camera, pixel: vec2<u32>, distance: f32, normal_bits: u32) -> WaterPoint {
+    let position = view_position(camera, vec2<f32>(pixel) + 0.5, distance);
+    let to_eye = towards_eye(camera, position);
+    var normal = unpack_normal(normal_bits);
+    let facing = dot(normal, to_eye);
+    if facing < MIN_N_V {
+        normal = normalize(normal + (MIN_N_V - facing) * to_eye);
+    }
+    return WaterPoint(position, normal, to_eye, distance, clamp(dot(normal, to_eye), MIN_N_V, 1.0));
+}
