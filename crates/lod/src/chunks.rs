@@ -138,7 +138,8 @@ pub fn build(frame: &ParticleFrame, options: &ChunkOptions) -> ChunkedSet {
         jobs.push(ChunkJob { first_slot, chunk, particles, sources });
         first_slot += count;
     }
-    jobs.into_par_iter().for_each_init(Vec::new, |ranked, job| job.fill(frame, options, &order, ranked));
+    jobs.into_par_iter()
+        .for_each_init(Scratch::default, |scratch, job| job.fill(frame, options, &order, scratch));
 
     static SERIAL: AtomicU64 = AtomicU64::new(0);
     ChunkedSet {
@@ -184,27 +185,41 @@ struct ChunkJob<'a> {
     sources: &'a mut [u32],
 }
 
-/// What particles of a chunk are sorted by: isolated first, then hash, then id; the index decides between equal ids.
-type Rank = (bool, u16, u64, u32);
+/// Memory of a thread that fills chunks.
+#[derive(Default)]
+struct Scratch {
+    /// The chunk's particles along the curve.
+    positions: Vec<[f32; 3]>,
+    /// What they are sorted by, most significant first: crowded (1 bit), hash (16 bits), place on the curve (32 bits).
+    ranks: Vec<u64>,
+}
 
 impl ChunkJob<'_> {
-    fn fill(self, frame: &ParticleFrame, options: &ChunkOptions, order: &CellOrder, ranked: &mut Vec<Rank>) {
-        ranked.clear();
-        ranked.extend((self.first_slot..self.first_slot + self.particles.len()).map(|slot| {
-            let index = order.index(slot);
-            let position = Vec3::from(frame.positions[index as usize]);
-            let id = frame.id(index as usize);
-            let isolated = order.is_isolated(slot, position, ISOLATED_BELOW);
-            (!isolated, options.identity.hash(id, position), id, index)
+    fn fill(self, frame: &ParticleFrame, options: &ChunkOptions, order: &CellOrder, scratch: &mut Scratch) {
+        let Scratch { positions, ranks } = scratch;
+        let index = |local: usize| order.index(self.first_slot + local);
+        // On their own, so that the cache misses of a frame in random order overlap.
+        positions.clear();
+        positions.extend((0..self.particles.len()).map(|local| frame.positions[index(local) as usize]));
+        ranks.clear();
+        ranks.extend(positions.iter().map(|&p| Vec3::from(p)).enumerate().map(|(local, position)| {
+            let crowded = !order.is_isolated(self.first_slot + local, position, ISOLATED_BELOW);
+            let hash = options.identity.hash(frame.id(index(local) as usize), position);
+            u64::from(crowded) << 48 | u64::from(hash) << 32 | local as u64
         }));
-        ranked.sort_unstable();
-        for (&(_, hash, _, index), (particle, source)) in
-            ranked.iter().zip(self.particles.iter_mut().zip(self.sources))
-        {
-            *particle = PackedParticle::new(frame.positions[index as usize], hash);
-            *source = index;
+        ranks.sort_unstable();
+        // Equal hashes by id, which does not depend on the order of the file.
+        for equals in ranks.chunk_by_mut(|a, b| a >> 32 == b >> 32).filter(|equals| equals.len() > 1) {
+            equals.sort_by_key(|&rank| frame.id(index(rank as u32 as usize) as usize));
         }
-        self.chunk.isolated = ranked.partition_point(|&(crowded, ..)| !crowded) as u32;
-        self.chunk.bounds = Aabb::of_points(self.particles.iter().map(|p| &p.position_world));
+
+        let slots = self.particles.iter_mut().zip(self.sources);
+        for (&rank, (particle, source)) in ranks.iter().zip(slots) {
+            let local = rank as u32 as usize;
+            *particle = PackedParticle::new(positions[local], (rank >> 32) as u16);
+            *source = index(local);
+        }
+        self.chunk.isolated = ranks.partition_point(|rank| rank >> 48 == 0) as u32;
+        self.chunk.bounds = Aabb::of_points(positions.iter());
     }
 }
