@@ -21,6 +21,7 @@ mod mapped;
 mod options;
 mod scalar;
 mod series;
+pub mod writer;
 
 pub use error::Error;
 pub use info::{AttributeSummary, FrameInfo, SetSummary, ValueCount};

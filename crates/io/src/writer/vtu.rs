@@ -1,0 +1,183 @@
+use std::fmt::Write as _;
+use std::fs::File;
+use std::io::{BufWriter, Result, Seek, SeekFrom, Write};
+use std::path::Path;
+
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use rayon::prelude::*;
+
+use super::{Values, WriteParticles, counting, write_beside, write_values};
+use crate::Error;
+
+/// Bytes per compressed block, as VTK writes them.
+const BLOCK: usize = 1 << 15;
+
+/// VTK's number of the vertex cell.
+const VERTEX: u8 = 1;
+
+/// Digits of the largest offset; the offsets are only known once the data is written, so their room is kept.
+const OFFSET_WIDTH: usize = 20;
+
+/// Writes `particles` to `path` as a `.vtu` file with raw appended data (little endian, 64-bit sizes, not compressed).
+///
+/// # Errors
+/// [`Error::Io`] when the system refuses, [`Error::Usage`] when an attribute does not fit the number of particles.
+pub fn write_vtu_raw(path: &Path, particles: &WriteParticles<'_>) -> std::result::Result<(), Error> {
+    write(path, particles, false)
+}
+
+/// Writes `particles` to `path` as a `.vtu` file with appended data in zlib blocks (little endian, 64-bit sizes).
+///
+/// # Errors
+/// As [`write_vtu_raw`].
+pub fn write_vtu_zlib(path: &Path, particles: &WriteParticles<'_>) -> std::result::Result<(), Error> {
+    write(path, particles, true)
+}
+
+fn write(path: &Path, particles: &WriteParticles<'_>, zlib: bool) -> std::result::Result<(), Error> {
+    particles.validate()?;
+    write_beside(path, |writer| {
+        let count = particles.positions.len();
+        let mut offsets = vec![0; particles.attributes.len() + 5];
+        let head = header(particles, zlib, &offsets);
+        writer.write_all(head.as_bytes())?;
+        let mut data = Appended { writer, zlib, written: 0, offsets: Vec::new() };
+        data.array(Values::F64(particles.time.as_slice()))?;
+        for attribute in particles.attributes {
+            data.array(attribute.values)?;
+        }
+        data.array(Values::F64(particles.positions.as_flattened()))?;
+        data.integers(0, count)?;
+        data.integers(1, count)?;
+        data.array(Values::U8(&vec![VERTEX; count]))?;
+        offsets = data.offsets;
+        write!(writer, "\n  </AppendedData>\n</VTKFile>\n")?;
+        // Same length as before: only the digits of the offsets change, and their room is padded.
+        writer.seek(SeekFrom::Start(0))?;
+        writer.write_all(header(particles, zlib, &offsets).as_bytes())
+    })
+}
+
+/// Everything up to the underscore before the data. `offsets`: time, attributes, points, connectivity, offsets, types.
+fn header(particles: &WriteParticles<'_>, zlib: bool, offsets: &[u64]) -> String {
+    let count = particles.positions.len();
+    let mut offsets = offsets.iter();
+    let mut text = String::new();
+    let compressor = if zlib { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
+    let mut line = |indent: usize, line: &str| {
+        // Writing to a string cannot fail.
+        let _ = writeln!(text, "{:indent$}{line}", "");
+    };
+    let mut array = |ty: &str, name: &str, rest: &str| {
+        let offset = offsets.next().copied().unwrap_or_default().to_string();
+        let pad = OFFSET_WIDTH - offset.len();
+        let name = quick_xml::escape::escape(name);
+        format!(
+            "<DataArray type=\"{ty}\" Name=\"{name}\"{rest} format=\"appended\" offset=\"{offset}\"{:pad$}/>",
+            ""
+        )
+    };
+    line(0, "<?xml version=\"1.0\"?>");
+    line(
+        0,
+        &format!(
+            "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\"{compressor}>"
+        ),
+    );
+    line(2, "<UnstructuredGrid>");
+    let time = array("Float64", "TimeValue", " NumberOfTuples=\"1\"");
+    if particles.time.is_some() {
+        line(4, "<FieldData>");
+        line(6, &time);
+        line(4, "</FieldData>");
+    }
+    line(4, &format!("<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{count}\">"));
+    line(6, "<PointData>");
+    for attribute in particles.attributes {
+        let components = format!(" NumberOfComponents=\"{}\"", attribute.components);
+        line(8, &array(attribute.values.type_names().0, attribute.name, &components));
+    }
+    line(6, "</PointData>");
+    line(6, "<Points>");
+    line(8, &array("Float64", "Points", " NumberOfComponents=\"3\""));
+    line(6, "</Points>");
+    line(6, "<Cells>");
+    for (ty, name) in [("Int64", "connectivity"), ("Int64", "offsets"), ("UInt8", "types")] {
+        line(8, &array(ty, name, ""));
+    }
+    line(6, "</Cells>");
+    line(4, "</Piece>");
+    line(2, "</UnstructuredGrid>");
+    line(2, "<AppendedData encoding=\"raw\">");
+    text.push('_');
+    text
+}
+
+/// The appended data as far as it is written.
+struct Appended<'w, 'f> {
+    writer: &'w mut BufWriter<&'f mut File>,
+    zlib: bool,
+    written: u64,
+    offsets: Vec<u64>,
+}
+
+impl Appended<'_, '_> {
+    fn array(&mut self, values: Values<'_>) -> Result<()> {
+        self.offsets.push(self.written);
+        if self.zlib {
+            return self.compressed(values);
+        }
+        let size = (values.len() * values.size()) as u64;
+        self.writer.write_all(&size.to_le_bytes())?;
+        self.written += 8 + size;
+        write_values(self.writer, values, false)
+    }
+
+    /// The numbers `start..start + count`.
+    fn integers(&mut self, start: usize, count: usize) -> Result<()> {
+        if self.zlib {
+            let all: Vec<i64> = counting(start, count).flatten().collect();
+            return self.array(Values::I64(&all));
+        }
+        self.offsets.push(self.written);
+        let size = count as u64 * 8;
+        self.writer.write_all(&size.to_le_bytes())?;
+        self.written += 8 + size;
+        counting(start, count).try_for_each(|piece| write_values(self.writer, Values::I64(&piece), false))
+    }
+
+    /// Block table and blocks: number of blocks, block size, size of a shorter last block or 0, compressed sizes.
+    fn compressed(&mut self, values: Values<'_>) -> Result<()> {
+        let per_block = BLOCK / values.size();
+        let count = values.len().div_ceil(per_block);
+        let blocks: Vec<Vec<u8>> = (0..count)
+            .into_par_iter()
+            .map(|i| {
+                let mut raw = Vec::with_capacity(BLOCK);
+                values.append(i * per_block..((i + 1) * per_block).min(values.len()), false, &mut raw);
+                deflate(&raw)
+            })
+            .collect::<Result<_>>()?;
+        let last = values.len() % per_block * values.size();
+        let head = [count as u64, BLOCK as u64, last as u64];
+        // VTK writes a single 0 for an array without data.
+        let head = if count == 0 { &head[..1] } else { &head[..] };
+        for word in head.iter().copied().chain(blocks.iter().map(|block| block.len() as u64)) {
+            self.writer.write_all(&word.to_le_bytes())?;
+            self.written += 8;
+        }
+        for block in blocks {
+            self.writer.write_all(&block)?;
+            self.written += block.len() as u64;
+        }
+        Ok(())
+    }
+}
+
+fn deflate(raw: &[u8]) -> Result<Vec<u8>> {
+    let mut encoder = ZlibEncoder::new(Vec::with_capacity(raw.len()), Compression::fast());
+    encoder.write_all(raw)?;
+    encoder.finish()
+}
