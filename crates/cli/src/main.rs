@@ -1,2 +1,7 @@
 //! The `meniscus` program.
-fn main() {}
+
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    meniscus_cli::run(meniscus_pipeline::Registry::builtin())
+}

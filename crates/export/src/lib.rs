@@ -3,9 +3,11 @@
 
 mod pattern;
 mod png;
+mod text;
 
 pub use pattern::OutputPattern;
 pub use png::write_png;
+pub use text::write_text;
 
 use std::path::PathBuf;
 

@@ -5,6 +5,7 @@ use image::codecs::png::{CompressionType, FilterType, PngEncoder};
 use image::{ExtendedColorType, ImageEncoder};
 
 use crate::ExportError;
+use crate::text::beside;
 
 /// Writes a display image (sRGB, red in the lowest byte, row by row from the top left) as an 8-bit PNG; without
 /// `with_alpha` the fourth channel is left out. Missing folders are made.
@@ -17,10 +18,7 @@ use crate::ExportError;
 pub fn write_png(path: &Path, size: [u32; 2], pixels: &[u32], with_alpha: bool) -> Result<(), ExportError> {
     assert_eq!(pixels.len(), size[0] as usize * size[1] as usize, "pixels of a {size:?} image");
     let io = |source| ExportError::Io { path: path.to_owned(), source };
-    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
-    std::fs::create_dir_all(folder).map_err(io)?;
-    let mut beside =
-        tempfile::Builder::new().prefix(".meniscus-").suffix(".part").tempfile_in(folder).map_err(io)?;
+    let mut beside = beside(path).map_err(io)?;
 
     let channels = if with_alpha { 4 } else { 3 };
     let bytes: Vec<u8> = pixels.iter().flat_map(|p| p.to_le_bytes().into_iter().take(channels)).collect();
@@ -34,20 +32,7 @@ pub fn write_png(path: &Path, size: [u32; 2], pixels: &[u32], with_alpha: bool) 
         })?;
     file.flush().map_err(io)?;
     drop(file);
-    // A temporary file is private to its owner; a picture has the rights that any new file would have.
-    set_default_permissions(beside.as_file()).map_err(io)?;
     beside.persist(path).map_err(|e| io(e.error))?;
-    Ok(())
-}
-
-#[cfg(unix)]
-fn set_default_permissions(file: &std::fs::File) -> std::io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    file.set_permissions(std::fs::Permissions::from_mode(0o644))
-}
-
-#[cfg(not(unix))]
-fn set_default_permissions(_: &std::fs::File) -> std::io::Result<()> {
     Ok(())
 }
 

@@ -1,1 +1,23 @@
-//! The one crate that knows all stages: frame loop, presets, report.
+//! The one crate that knows all stages: settings, registry, the world around the water, and the frame loop.
+//!
+//! ```text
+//! SetFrame --Preparer--> PreparedFrame --Renderer--> Picture
+//!   io       reader        chunks         GPU         pixels + report
+//!            threads
+//! ```
+
+mod error;
+mod images;
+mod measure;
+mod prepare;
+mod registry;
+mod renderer;
+mod settings;
+mod world;
+
+pub use error::PipelineError;
+pub use prepare::{PreparedFrame, PreparedSet, Preparer};
+pub use registry::Registry;
+pub use renderer::{Picture, Renderer};
+pub use settings::{SceneSettings, Settings, SettingsError};
+pub use world::World;

@@ -1,0 +1,292 @@
+//! The command line as clap sees it. Flags that several commands share are structs that those commands flatten in.
+
+use std::path::PathBuf;
+
+use clap::{Args, Parser, Subcommand, ValueEnum};
+use meniscus_core::UpAxis;
+
+use crate::values::{CameraValue, CaseName, FrameRange, ImageSize, Parameter, Unit};
+
+/// Exit codes, printed under every `--help`.
+const EXIT_CODES: &str = "Exit codes: 0 done; 1 drawing or the GPU failed; 2 the command line is wrong; 3 the input cannot \
+     be read; 4 no usable adapter; 5 the output cannot be written; 130 interrupted.";
+
+/// Photo-realistic water from the particle files of fluid simulations.
+#[derive(Debug, Parser)]
+#[command(name = "meniscus", version, after_help = EXIT_CODES, propagate_version = true, disable_help_subcommand = true)]
+pub struct Cli {
+    /// What to do.
+    #[command(subcommand)]
+    pub command: Option<Command>,
+
+    /// Flags of every command.
+    #[command(flatten)]
+    pub global: Global,
+}
+
+/// Flags that every command takes.
+#[derive(Clone, Debug, Args)]
+pub struct Global {
+    /// Print errors only.
+    #[arg(short, long, global = true)]
+    pub quiet: bool,
+
+    /// Say more: -v what is done, -vv everything.
+    #[arg(short, long, global = true, action = clap::ArgAction::Count, conflicts_with = "quiet")]
+    pub verbose: u8,
+
+    /// Worker threads for reading and preparing [default: one per core].
+    #[arg(long, global = true, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+
+    /// Adapter that draws: its number in --list-adapters or part of its name [default: the best GPU, else software].
+    #[arg(long, global = true, value_name = "NAME")]
+    pub adapter: Option<String>,
+
+    /// Fail rather than draw with a software adapter.
+    #[arg(long, global = true)]
+    pub require_gpu: bool,
+
+    /// List the adapters and leave.
+    #[arg(long)]
+    pub list_adapters: bool,
+}
+
+/// The commands.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Say what is in a file or series.
+    #[command(
+        after_help = "Examples:\n  meniscus info fluid.pvd\n  meniscus info frames/ --frame 10 --stats\n  \
+        meniscus info 'out_*.vtu' --json"
+    )]
+    Info(InfoArgs),
+    /// Draw one image or a numbered sequence.
+    #[command(after_help = "Examples:\n  meniscus render fluid.vtu -o water.png\n  \
+        meniscus render fluid.pvd -o 'out_%04d.png'\n  meniscus render fluid.pvd -o still.png --frame 12 --size 1920x1080\n  \
+        meniscus render dam.pvd -o dam.png --where 'type == 0'\n  \
+        meniscus render dam.pvd -o dam.png --set \"water=type == 0\" --set \"walls=type == 1:hidden\"\n  \
+        meniscus render fluid.vtu -o side.png --camera \"0.5,0.3,1/0,0.1,0/0,1,0/35\"\n  \
+        meniscus render fluid.vtu -o milk.png --param lighting.model.attenuation_scale=20")]
+    Render(RenderArgs),
+    /// Measure the steady state: a camera that orbits half a degree every frame.
+    #[command(after_help = "Examples:\n  meniscus bench fluid.vtu --size 1280x720 --frames 20\n  \
+        meniscus bench fluid.vtu --lod 0.3 --json > lod.json")]
+    Bench(BenchArgs),
+    /// Make a particle series to try things on: analytic motion for size and regression, not a simulation.
+    #[command(after_help = "Examples:\n  meniscus make dam-break -o dam --particles 100000 --frames 24\n  \
+        meniscus make fjord-tsunami -o fjord --format vtk-binary")]
+    Make(MakeArgs),
+}
+
+/// What to read and how; shared by all commands that read.
+#[derive(Clone, Debug, Args)]
+pub struct InputArgs {
+    /// A .vtk, .vtu or .vtp file, a .pvd or .series, a directory, a quoted glob, or a pattern like frame_%04d.vtu.
+    pub input: PathBuf,
+
+    /// Distance between neighbouring particles, in the file's unit [default: from mass and density, else estimated].
+    #[arg(long, value_name = "LENGTH", value_parser = crate::values::positive)]
+    pub spacing: Option<f64>,
+
+    /// Radius drawn, in the file's unit; does not change the mean thickness [default: 0.625 spacing].
+    #[arg(long, value_name = "LENGTH", value_parser = crate::values::positive)]
+    pub radius: Option<f64>,
+
+    /// A named particle set and how it is drawn (water, solid, spheres, hidden); PATTERN is an expression as in --where.
+    #[arg(long = "set", value_name = "NAME=PATTERN[:LOOK]")]
+    pub sets: Vec<String>,
+
+    /// Which particles are water, e.g. 'type == 0 and z < 2'.
+    #[arg(long = "where", value_name = "EXPR")]
+    pub where_expr: Option<String>,
+
+    /// Axis that points up.
+    #[arg(long, value_enum, default_value_t = UpArg::Auto)]
+    pub up: UpArg,
+
+    /// Unit of the file's coordinates: m, cm, mm, or metres per unit.
+    #[arg(long, value_name = "m|cm|mm|FACTOR")]
+    pub unit: Option<Unit>,
+}
+
+/// `--up`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum UpArg {
+    /// Guess from the data.
+    Auto,
+    /// x points up.
+    X,
+    /// y points up.
+    Y,
+    /// z points up.
+    Z,
+}
+
+impl UpArg {
+    /// The axis, `None` to guess.
+    pub fn axis(self) -> Option<UpAxis> {
+        match self {
+            Self::Auto => None,
+            Self::X => Some(UpAxis::X),
+            Self::Y => Some(UpAxis::Y),
+            Self::Z => Some(UpAxis::Z),
+        }
+    }
+}
+
+/// `meniscus info`.
+#[derive(Debug, Args)]
+pub struct InfoArgs {
+    /// What to read.
+    #[command(flatten)]
+    pub input: InputArgs,
+
+    /// Frame to look into.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub frame: usize,
+
+    /// Read every attribute and give its smallest and largest value per component.
+    #[arg(long)]
+    pub stats: bool,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// Everything that decides what a picture looks like; shared by `render` and `bench`.
+#[derive(Clone, Debug, Args)]
+pub struct PictureArgs {
+    /// Width and height in pixels.
+    #[arg(long, default_value = "1280x720", value_name = "WxH")]
+    pub size: ImageSize,
+
+    /// Fraction of the particles that are drawn, 0 to 1; 1 is full detail.
+    #[arg(long, default_value_t = 1.0, value_name = "T")]
+    pub lod: f32,
+
+    /// Eye, target, up vector and vertical field of view in degrees, in the file's coordinates.
+    #[arg(
+        long,
+        value_name = "ex,ey,ez/tx,ty,tz/ux,uy,uz/fovy",
+        conflicts_with = "view",
+        allow_hyphen_values = true
+    )]
+    pub camera: Option<CameraValue>,
+
+    /// A named view instead of the automatic one.
+    #[arg(long, value_name = "front|back|left|right|top|iso")]
+    pub view: Option<String>,
+
+    /// Parallel projection with this height of the picture in the file's unit.
+    #[arg(long, value_name = "HEIGHT", value_parser = crate::values::positive)]
+    pub ortho: Option<f64>,
+
+    /// Surface filter: see --param for its parameters.
+    #[arg(long, value_name = "NAME")]
+    pub filter: Option<String>,
+
+    /// Lighting model.
+    #[arg(long, value_name = "NAME")]
+    pub lighting: Option<String>,
+
+    /// Set a parameter, e.g. post.exposure=1.5; `--param list` prints them all with their values.
+    #[arg(long = "param", value_name = "KEY=VALUE")]
+    pub params: Vec<Parameter>,
+}
+
+/// `meniscus render`.
+#[derive(Debug, Args)]
+pub struct RenderArgs {
+    /// What to read.
+    #[command(flatten)]
+    pub input: InputArgs,
+
+    /// Image to write (.png), or a pattern like out_%04d.png for a sequence.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// The one frame to draw [default: all].
+    #[arg(long, value_name = "N", conflicts_with = "frames")]
+    pub frame: Option<usize>,
+
+    /// Frames to draw, the last one included; either end may be left out.
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+
+    /// How the picture is made.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+
+    /// Write a JSON report: adapter, particle counts, milliseconds per stage, automatic choices, flaws.
+    #[arg(long, value_name = "FILE.json")]
+    pub report: Option<PathBuf>,
+}
+
+/// `meniscus bench`.
+#[derive(Debug, Args)]
+pub struct BenchArgs {
+    /// What to read.
+    #[command(flatten)]
+    pub input: InputArgs,
+
+    /// Frame of the series that is drawn.
+    #[arg(long, default_value_t = 0, value_name = "N")]
+    pub frame: usize,
+
+    /// How the picture is made.
+    #[command(flatten)]
+    pub picture: PictureArgs,
+
+    /// Pictures to measure.
+    #[arg(long, default_value_t = 20, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+
+    /// Pictures drawn before measuring.
+    #[arg(long, default_value_t = 3, value_name = "K", value_parser = clap::value_parser!(u32).range(0..=100_000))]
+    pub warmup: u32,
+
+    /// Print JSON.
+    #[arg(long)]
+    pub json: bool,
+}
+
+/// `meniscus make`.
+#[derive(Debug, Args)]
+pub struct MakeArgs {
+    /// Which case.
+    #[arg(value_name = "sphere-entry|dam-break|fjord-tsunami")]
+    pub case: CaseName,
+
+    /// Folder for the files; made if missing.
+    #[arg(short, long, value_name = "DIR")]
+    pub output: PathBuf,
+
+    /// Number of particles [default: that of the published case].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u64).range(1..=200_000_000))]
+    pub particles: Option<u64>,
+
+    /// Number of frames.
+    #[arg(long, default_value_t = 1, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub frames: u32,
+
+    /// Seed of the jitter and the spray.
+    #[arg(long, default_value_t = 1, value_name = "SEED")]
+    pub seed: u64,
+
+    /// File format.
+    #[arg(long, value_enum, default_value_t = MakeFormat::VtuRaw)]
+    pub format: MakeFormat,
+}
+
+/// `--format` of `make`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum MakeFormat {
+    /// .vtu, appended raw, uncompressed.
+    VtuRaw,
+    /// .vtu, appended raw, zlib.
+    VtuZlib,
+    /// Legacy .vtk 5.1, binary.
+    VtkBinary,
+}

@@ -1,0 +1,114 @@
+use meniscus_core::{CameraError, FrameError, FrameErrorKind};
+use meniscus_export::ExportError;
+use meniscus_gpu::GpuError;
+use meniscus_pipeline::PipelineError;
+
+/// Everything that ends a command early; its message is one readable paragraph.
+#[derive(Debug, thiserror::Error)]
+pub enum Failure {
+    /// The command line does not fit the data or itself.
+    #[error("{0}")]
+    Usage(String),
+    /// The input cannot be read.
+    #[error(transparent)]
+    Input(#[from] FrameError),
+    /// The GPU or its driver failed.
+    #[error(transparent)]
+    Gpu(#[from] GpuError),
+    /// The picture cannot be made.
+    #[error(transparent)]
+    Pipeline(PipelineError),
+    /// Reading ahead cannot start.
+    #[error(transparent)]
+    Prefetch(#[from] meniscus_prefetch::PrefetchError),
+    /// The output cannot be written.
+    #[error(transparent)]
+    Output(#[from] ExportError),
+    /// Some frames of a sequence could not be read; the others were written.
+    #[error("{failed} of {wanted} frames could not be read and are missing; the first: {first}")]
+    FramesMissing {
+        /// How many are missing.
+        failed: usize,
+        /// How many were asked for.
+        wanted: usize,
+        /// The first one's error.
+        first: String,
+    },
+    /// Ctrl-C.
+    #[error("interrupted; what was finished is kept")]
+    Interrupted,
+}
+
+impl Failure {
+    /// The process's exit code (see `--help`).
+    pub fn exit_code(&self) -> u8 {
+        match self {
+            Self::Usage(_) => 2,
+            Self::Input(error) => match error.kind {
+                FrameErrorKind::Usage => 2,
+                FrameErrorKind::Cancelled => 130,
+                _ => 3,
+            },
+            Self::Gpu(
+                GpuError::NoAdapter | GpuError::NoSuchAdapter { .. } | GpuError::OnlySoftware { .. },
+            ) => 4,
+            Self::Gpu(_) | Self::Pipeline(_) | Self::Prefetch(_) => 1,
+            Self::FramesMissing { .. } => 3,
+            Self::Output(_) => 5,
+            Self::Interrupted => 130,
+        }
+    }
+
+    /// Name of the class, as in the error JSON.
+    pub fn kind(&self) -> &'static str {
+        match self {
+            Self::Usage(_) => FrameErrorKind::Usage.as_str(),
+            Self::Input(error) => error.kind.as_str(),
+            Self::Gpu(_) => "gpu",
+            Self::Pipeline(_) => "pipeline",
+            Self::Prefetch(_) => "prefetch",
+            Self::Output(_) => "output",
+            Self::FramesMissing { .. } => "frames_missing",
+            Self::Interrupted => "interrupted",
+        }
+    }
+
+    /// The file at fault, where there is one.
+    pub fn file(&self) -> Option<String> {
+        match self {
+            Self::Input(error) => error.file.as_ref().map(|f| f.display().to_string()),
+            Self::Output(
+                ExportError::UnknownFormat { path, .. }
+                | ExportError::NeedsPattern { path, .. }
+                | ExportError::BadPattern { path, .. }
+                | ExportError::Io { path, .. }
+                | ExportError::Encode { path, .. },
+            ) => Some(path.display().to_string()),
+            _ => None,
+        }
+    }
+}
+
+impl From<meniscus_io::Error> for Failure {
+    fn from(error: meniscus_io::Error) -> Self {
+        Self::Input(error.into())
+    }
+}
+
+impl From<PipelineError> for Failure {
+    /// Errors that a stage passes through keep their own exit code.
+    fn from(error: PipelineError) -> Self {
+        match error {
+            PipelineError::Gpu(error) => Self::Gpu(error),
+            PipelineError::Settings(error) => Self::Usage(error.to_string()),
+            PipelineError::Camera(error) => Self::from(error),
+            other => Self::Pipeline(other),
+        }
+    }
+}
+
+impl From<CameraError> for Failure {
+    fn from(error: CameraError) -> Self {
+        Self::Usage(error.to_string())
+    }
+}

@@ -1,0 +1,141 @@
+//! From picture flags to a renderer, a world and a camera.
+
+use std::path::Path;
+
+use glam::DVec3;
+use meniscus_core::{Camera, Choice, Flaws, Projection};
+use meniscus_gpu::{AdapterChoice, Gpu};
+use meniscus_io::Series;
+use meniscus_pipeline::{Registry, Renderer, Settings, World};
+use meniscus_scene::{NamedView, automatic_camera};
+
+use crate::args::{Global, PictureArgs};
+use crate::failure::Failure;
+use crate::terminal::Terminal;
+use crate::values::Parameter;
+
+/// Everything a picture needs besides its particles.
+pub struct Studio {
+    pub renderer: Renderer,
+    pub world: World,
+    pub camera: Camera,
+    pub size: [u32; 2],
+    pub choices: Vec<Choice>,
+    pub flaws: Flaws,
+}
+
+/// The settings that the flags ask for; prints them and gives `None` for `--param list`.
+pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settings>, Failure> {
+    let mut settings = Settings::default();
+    let usage = |e: meniscus_pipeline::SettingsError| Failure::Usage(e.to_string());
+    settings.lod.threshold = args.lod;
+    if let Some(name) = &args.filter {
+        settings.choose_filter(registry, name).map_err(usage)?;
+    }
+    if let Some(name) = &args.lighting {
+        settings.choose_lighting(registry, name).map_err(usage)?;
+    }
+    let mut list = false;
+    for parameter in &args.params {
+        match parameter {
+            Parameter::List => list = true,
+            Parameter::Set { key, value } => settings.set(key, value).map_err(usage)?,
+        }
+    }
+    settings.validate(registry).map_err(usage)?;
+    if list {
+        settings.describe(registry).iter().for_each(|(key, value)| println!("{key}={value}"));
+        return Ok(None);
+    }
+    Ok(Some(settings))
+}
+
+impl Studio {
+    /// Opens the adapter, builds the renderer, and places scene and camera for the series.
+    pub fn open(
+        series: &Series,
+        args: &PictureArgs,
+        settings: Settings,
+        global: &Global,
+        registry: Registry,
+        terminal: &Terminal,
+    ) -> Result<Self, Failure> {
+        let choice = AdapterChoice { adapter: global.adapter.clone(), require_gpu: global.require_gpu };
+        let gpu = Gpu::new(&choice)?;
+        let mut choices = series.choices().to_vec();
+        choices.push(Choice {
+            what: "adapter".into(),
+            value: gpu.summary().name.clone(),
+            reason: if global.adapter.is_some() { "as asked".into() } else { "the best there is".into() },
+            flag: "--adapter NAME".into(),
+        });
+        let mut flaws = series.flaws().clone();
+        gpu.flaw().cloned().into_iter().for_each(|flaw| flaws.add(flaw));
+
+        let world = World::of_series(series, *series.space(), &settings)?;
+        choices.extend(world.choices());
+        let (camera, camera_choice) = camera(args, &world)?;
+        choices.extend(camera_choice);
+        terminal.choices(&choices);
+        terminal.flaws(&flaws);
+        let renderer = Renderer::new(gpu, registry, settings)?;
+        Ok(Self { renderer, world, camera, size: args.size.0, choices, flaws })
+    }
+}
+
+fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>), Failure> {
+    let space = world.space();
+    let (mut camera, choice) = match (&args.camera, &args.view) {
+        (Some(value), _) => {
+            let to_world = |point: DVec3| (point - space.origin).as_vec3();
+            let camera = Camera {
+                eye: to_world(value.eye),
+                target: to_world(value.target),
+                up: value.up.as_vec3(),
+                projection: Projection::Perspective { fovy_rad: (value.fovy_deg.to_radians()) as f32 },
+                near: world.near_distance(),
+            };
+            (camera, None)
+        }
+        (None, Some(name)) => {
+            let view: NamedView =
+                name.parse().map_err(|e: meniscus_scene::SceneError| Failure::Usage(e.to_string()))?;
+            (view.camera(world.bounds(), space.up, args.size.0), None)
+        }
+        (None, None) => {
+            let camera = automatic_camera(world.bounds(), space.up, args.size.0);
+            let file = |v: glam::Vec3| v.as_dvec3() + space.origin;
+            let (eye, target) = (file(camera.eye), file(camera.target));
+            let fovy = match camera.projection {
+                Projection::Perspective { fovy_rad } => fovy_rad.to_degrees(),
+                Projection::Orthographic { .. } => 0.0,
+            };
+            let comma = |v: DVec3| format!("{:.6},{:.6},{:.6}", v.x, v.y, v.z);
+            let up = camera.up.as_dvec3();
+            let choice = Choice {
+                what: "camera".into(),
+                value: format!("\"{}/{}/{}/{fovy:.1}\"", comma(eye), comma(target), comma(up)),
+                reason: "fits first, middle and last frame".into(),
+                flag: "--camera or --view".into(),
+            };
+            (camera, Some(choice))
+        }
+    };
+    if let Some(height) = args.ortho {
+        camera.projection = Projection::Orthographic { height_world: height as f32 };
+    }
+    camera.validate()?;
+    Ok((camera, choice))
+}
+
+/// Whether a report could be written beside the pictures; before any work is done.
+pub fn check_report_path(path: &Path) -> Result<(), Failure> {
+    match path.parent().filter(|p| !p.as_os_str().is_empty()) {
+        Some(folder) if !folder.is_dir() => Err(Failure::Usage(format!(
+            "--report {}: the folder {} does not exist",
+            path.display(),
+            folder.display()
+        ))),
+        _ => Ok(()),
+    }
+}

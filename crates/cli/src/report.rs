@@ -1,0 +1,64 @@
+//! JSON for machines: the render report and errors.
+
+use std::path::Path;
+
+use meniscus_core::{Choice, Flaws, FrameReport};
+use meniscus_export::{ExportError, write_text};
+use meniscus_gpu::AdapterSummary;
+use meniscus_io::Series;
+use serde::Serialize;
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::picture::Studio;
+
+/// `--report`.
+#[derive(Debug, Serialize)]
+pub struct RenderReport {
+    version: &'static str,
+    adapter: AdapterSummary,
+    size: [u32; 2],
+    camera: meniscus_core::Camera,
+    space: meniscus_core::SeriesSpace,
+    settings: serde_json::Value,
+    choices: Vec<Choice>,
+    /// Of the series and of all frames.
+    pub flaws: Flaws,
+    frames: Vec<FrameReport>,
+}
+
+impl RenderReport {
+    /// A report without frames.
+    pub fn new(studio: &Studio, series: &Series) -> Self {
+        Self {
+            version: env!("CARGO_PKG_VERSION"),
+            adapter: studio.renderer.gpu().summary().clone(),
+            size: studio.size,
+            camera: studio.camera,
+            space: *series.space(),
+            settings: serde_json::to_value(studio.renderer.settings()).unwrap_or_default(),
+            choices: studio.choices.clone(),
+            flaws: studio.flaws.clone(),
+            frames: Vec::new(),
+        }
+    }
+
+    /// Adds a frame and its flaws.
+    pub fn add(&mut self, frame: FrameReport) {
+        self.flaws.merge(&frame.flaws);
+        self.frames.push(frame);
+    }
+}
+
+/// Writes `report` to `path`.
+pub fn write(path: &Path, report: &RenderReport) -> Result<(), Failure> {
+    let unwritable =
+        |e: serde_json::Error| ExportError::Encode { path: path.to_owned(), message: e.to_string() };
+    let text = serde_json::to_string_pretty(report).map_err(unwritable)?;
+    Ok(write_text(path, &(text + "\n"))?)
+}
+
+/// What `--json` prints for an error.
+pub fn error_json(failure: &Failure) -> serde_json::Value {
+    json!({ "error": { "kind": failure.kind(), "message": failure.to_string(), "file": failure.file() } })
+}

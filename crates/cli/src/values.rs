@@ -1,0 +1,234 @@
+//! Values of flags, each with its own reading and its own words when it cannot be read.
+
+use std::fmt;
+use std::ops::RangeInclusive;
+use std::str::FromStr;
+
+use glam::DVec3;
+use meniscus_cases::Case;
+
+/// A positive, finite number.
+pub fn positive(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value.is_finite() => Ok(value),
+        _ => Err("expected a positive number".into()),
+    }
+}
+
+/// `WxH` in pixels.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ImageSize(pub [u32; 2]);
+
+impl FromStr for ImageSize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected WIDTHxHEIGHT in pixels, each from 1 to 16384, e.g. 1920x1080".to_owned();
+        let (w, h) = text.split_once(['x', 'X']).ok_or_else(wrong)?;
+        let side =
+            |s: &str| s.trim().parse::<u32>().ok().filter(|v| (1..=16384).contains(v)).ok_or_else(wrong);
+        Ok(Self([side(w)?, side(h)?]))
+    }
+}
+
+impl fmt::Display for ImageSize {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "{}x{}", self.0[0], self.0[1])
+    }
+}
+
+/// `A..B`, both ends included and either left out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct FrameRange {
+    first: usize,
+    last: Option<usize>,
+}
+
+impl FrameRange {
+    /// The frames of a series of `count` frames.
+    ///
+    /// # Errors
+    /// In words, when the range reaches past the end.
+    pub fn within(self, count: usize) -> Result<RangeInclusive<usize>, String> {
+        let last = self.last.unwrap_or(count.saturating_sub(1));
+        if self.first >= count || last >= count {
+            return Err(format!(
+                "--frames reaches to {}, the series has frames 0 to {}",
+                last.max(self.first),
+                count.max(1) - 1
+            ));
+        }
+        Ok(self.first..=last)
+    }
+}
+
+impl FromStr for FrameRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong =
+            || "expected A..B with A <= B, frame numbers from 0; either end may be left out".to_owned();
+        let (a, b) = text.split_once("..").ok_or_else(wrong)?;
+        let number = |s: &str| s.trim().parse::<usize>().map_err(|_| wrong());
+        let first = if a.trim().is_empty() { 0 } else { number(a)? };
+        let last = if b.trim().is_empty() { None } else { Some(number(b.trim().trim_start_matches('='))?) };
+        if last.is_some_and(|last| last < first) {
+            return Err(wrong());
+        }
+        Ok(Self { first, last })
+    }
+}
+
+/// `--camera`: all in the file's coordinates.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CameraValue {
+    /// Eye.
+    pub eye: DVec3,
+    /// Point looked at.
+    pub target: DVec3,
+    /// Up direction.
+    pub up: DVec3,
+    /// Vertical field of view, degrees.
+    pub fovy_deg: f64,
+}
+
+impl FromStr for CameraValue {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = |what: &str| {
+            format!(
+                "{what}; expected eye/target/up/fovy as ex,ey,ez/tx,ty,tz/ux,uy,uz/degrees, e.g. 1,2,3/0,0,0/0,0,1/40"
+            )
+        };
+        let parts: Vec<_> = text.split('/').collect();
+        let [eye, target, up, fovy] = parts[..] else {
+            return Err(wrong(&format!("found {} parts between slashes", parts.len())));
+        };
+        let vector = |name: &str, s: &str| {
+            let numbers: Option<Vec<f64>> = s.split(',').map(|n| n.trim().parse().ok()).collect();
+            match numbers.as_deref() {
+                Some(&[x, y, z]) if [x, y, z].iter().all(|v| v.is_finite()) => Ok(DVec3::new(x, y, z)),
+                _ => Err(wrong(&format!("{name} `{s}` is not three finite numbers"))),
+            }
+        };
+        let fovy_deg = fovy.trim().parse::<f64>().ok().filter(|f| *f > 0.1 && *f < 175.0);
+        Ok(Self {
+            eye: vector("the eye", eye)?,
+            target: vector("the target", target)?,
+            up: vector("the up vector", up)?,
+            fovy_deg: fovy_deg
+                .ok_or_else(|| wrong(&format!("the field of view `{fovy}` is not between 0.1 and 175")))?,
+        })
+    }
+}
+
+/// `--unit`: metres per unit of the file.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Unit(pub f64);
+
+impl FromStr for Unit {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        Ok(Self(match text {
+            "m" => 1.0,
+            "cm" => 0.01,
+            "mm" => 0.001,
+            other => {
+                positive(other).map_err(|_| "expected m, cm, mm, or the metres that one unit stands for")?
+            }
+        }))
+    }
+}
+
+/// `--param`: `list`, or a key and its value.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Parameter {
+    /// Print all parameters.
+    List,
+    /// Set one.
+    Set {
+        /// Path, `stage.name`.
+        key: String,
+        /// Its new value as text.
+        value: String,
+    },
+}
+
+impl FromStr for Parameter {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "list" {
+            return Ok(Self::List);
+        }
+        match text.split_once('=') {
+            Some((key, value)) if !key.trim().is_empty() => {
+                Ok(Self::Set { key: key.trim().to_owned(), value: value.trim().to_owned() })
+            }
+            _ => Err("expected KEY=VALUE, e.g. post.exposure=1.5, or `list`".into()),
+        }
+    }
+}
+
+/// A case of `make`.
+#[derive(Clone, Copy, Debug)]
+pub struct CaseName(pub Case);
+
+impl FromStr for CaseName {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        text.parse().map(Self).map_err(|_| "expected sphere-entry, dam-break or fjord-tsunami".to_owned())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn sizes() {
+        assert_eq!("1280x720".parse(), Ok(ImageSize([1280, 720])));
+        for bad in ["1280", "0x5", "5x-1", "20000x10", "ax b", ""] {
+            assert!(bad.parse::<ImageSize>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn frame_ranges_include_their_end_and_stay_inside() {
+        let range = |text: &str| text.parse::<FrameRange>().unwrap().within(20);
+        assert_eq!(range("2..5"), Ok(2..=5));
+        assert_eq!(range(".."), Ok(0..=19));
+        assert_eq!(range("7.."), Ok(7..=19));
+        assert_eq!(range("..3"), Ok(0..=3));
+        assert!(range("5..20").unwrap_err().contains("0 to 19"));
+        assert!("5..2".parse::<FrameRange>().is_err());
+        assert!("a..2".parse::<FrameRange>().is_err());
+    }
+
+    #[test]
+    fn cameras_name_the_part_that_is_wrong() {
+        let camera: CameraValue = "1,2,3/0,0,0.5/0,0,1/40".parse().unwrap();
+        assert_eq!(camera.target, DVec3::new(0.0, 0.0, 0.5));
+        for (bad, word) in [
+            ("1,2,3/0,0,0/0,0,1", "3 parts"),
+            ("1,2/0,0,0/0,0,1/40", "the eye"),
+            ("1,2,3/nan,0,0/0,0,1/40", "the target"),
+            ("1,2,3/0,0,0/0,0,1/180", "field of view"),
+        ] {
+            assert!(bad.parse::<CameraValue>().unwrap_err().contains(word), "{bad}");
+        }
+    }
+
+    #[test]
+    fn parameters_and_units() {
+        assert_eq!("list".parse(), Ok(Parameter::List));
+        assert_eq!("a.b = 2".parse(), Ok(Parameter::Set { key: "a.b".into(), value: "2".into() }));
+        assert!("ab".parse::<Parameter>().is_err());
+        assert_eq!("mm".parse(), Ok(Unit(0.001)));
+        assert_eq!("0.3048".parse(), Ok(Unit(0.3048)));
+        assert!("-1".parse::<Unit>().is_err());
+    }
+}

@@ -1,0 +1,30 @@
+use std::io::Write;
+use std::path::Path;
+
+use crate::ExportError;
+
+/// Writes a text file, whole or not at all. Missing folders are made.
+///
+/// # Errors
+/// [`ExportError::Io`]; an older file stays as it was.
+pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
+    let io = |source| ExportError::Io { path: path.to_owned(), source };
+    let mut beside = beside(path).map_err(io)?;
+    beside.write_all(text.as_bytes()).map_err(io)?;
+    beside.persist(path).map_err(|e| io(e.error))?;
+    Ok(())
+}
+
+/// A file in the folder of `path` that vanishes unless it is renamed, with the rights that any new file has there.
+pub(crate) fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
+    std::fs::create_dir_all(folder)?;
+    let mut builder = tempfile::Builder::new();
+    #[cfg(unix)]
+    {
+        use std::os::unix::fs::PermissionsExt;
+        // The user's mask takes away what it takes away.
+        builder.permissions(std::fs::Permissions::from_mode(0o666));
+    }
+    builder.prefix(".meniscus-").suffix(".part").tempfile_in(folder)
+}

@@ -1,0 +1,26 @@
+use meniscus_gpu::role::{DisplayImage, Radiance, SceneColor, SceneDepth, SceneDistance};
+use meniscus_gpu::{Gpu, GpuError, Image, Texture};
+use meniscus_ssfr::{SsfrParams, SurfaceImages};
+
+/// Everything that has the size of the picture; made once per size.
+pub(crate) struct FrameImages {
+    pub(crate) scene_color: Texture<SceneColor>,
+    pub(crate) scene_distance: Texture<SceneDistance>,
+    pub(crate) scene_depth: Texture<SceneDepth>,
+    pub(crate) surface: SurfaceImages,
+    pub(crate) radiance: Image<Radiance>,
+    pub(crate) display: Image<DisplayImage>,
+}
+
+impl FrameImages {
+    pub(crate) fn new(gpu: &Gpu, size: [u32; 2], surface: &SsfrParams) -> Result<Self, GpuError> {
+        Ok(Self {
+            scene_color: Texture::new(gpu, size)?,
+            scene_distance: Texture::new(gpu, size)?,
+            scene_depth: Texture::new(gpu, size)?,
+            surface: SurfaceImages::new(gpu, size, surface)?,
+            radiance: Image::new(gpu, size)?,
+            display: Image::new(gpu, size)?,
+        })
+    }
+}

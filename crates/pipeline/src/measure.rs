@@ -1,0 +1,113 @@
+//! Robust sizes of particle sets, for the automatic camera and the automatic absorption.
+
+use std::collections::HashMap;
+
+use glam::Vec3;
+use meniscus_core::{Aabb, UpAxis};
+
+/// Particles looked at: quantiles of this many are good to half a percent.
+const SAMPLES: usize = 200_000;
+
+/// Share of the particles, per axis and side, that may be strays.
+const STRAYS: f64 = 5e-4;
+
+/// How far, in lengths of the box without strays, a particle may lie outside of it and still count.
+const REACH: f32 = 0.25;
+
+/// Box around the particles without strays: a few that left the simulated domain must not shrink the water to a dot in the
+/// picture. Without strays it is the exact box. `positions` are world.
+pub fn robust_bounds(positions: &[[f32; 3]]) -> Aabb {
+    let exact = Aabb::of_points(positions);
+    if exact.is_empty() {
+        return exact;
+    }
+    let stride = positions.len().div_ceil(SAMPLES);
+    let quantiles = |axis: usize| {
+        let mut values: Vec<f32> = positions.iter().step_by(stride).map(|p| p[axis]).collect();
+        let last = values.len() - 1;
+        let tail = (last as f64 * STRAYS).round() as usize;
+        let (_, &mut low, _) = values.select_nth_unstable_by(tail, f32::total_cmp);
+        let (_, &mut high, _) = values.select_nth_unstable_by(last - tail, f32::total_cmp);
+        (low, high)
+    };
+    let sides = [0, 1, 2].map(quantiles);
+    let core = Aabb { min: Vec3::from(sides.map(|s| s.0)), max: Vec3::from(sides.map(|s| s.1)) };
+    // Spray goes higher than the bulk is wide when the bulk is flat, so the reach is that of the longest side.
+    let reach = REACH * core.extent().max_element();
+    let allowed = core.inflated(reach);
+    Aabb { min: exact.min.max(allowed.min), max: exact.max.min(allowed.max) }
+}
+
+/// Median depth of the water over the ground it covers, world: particles times their volume over the area of a column,
+/// columns being four spacings wide.
+pub fn column_depth(positions: &[[f32; 3]], up: UpAxis, spacing_world: f32) -> f32 {
+    const WIDTH_IN_SPACINGS: f32 = 4.0;
+    let width = spacing_world * WIDTH_IN_SPACINGS;
+    let (a, b) = ((up.index() + 1) % 3, (up.index() + 2) % 3);
+    // A sample of millions keeps the median of the columns within a few percent.
+    let stride = positions.len().div_ceil(10 * SAMPLES);
+    let mut columns: HashMap<(i32, i32), u32> = HashMap::new();
+    for p in positions.iter().step_by(stride.max(1)) {
+        *columns.entry(((p[a] / width).floor() as i32, (p[b] / width).floor() as i32)).or_default() += 1;
+    }
+    let mut counts: Vec<u32> = columns.into_values().collect();
+    if counts.is_empty() {
+        return 0.0;
+    }
+    let middle = counts.len() / 2;
+    let (_, &mut median, _) = counts.select_nth_unstable(middle);
+    (median as usize * stride) as f32 * spacing_world / (WIDTH_IN_SPACINGS * WIDTH_IN_SPACINGS)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn lattice(n: [i32; 3], spacing: f32) -> Vec<[f32; 3]> {
+        let mut points = Vec::new();
+        for z in 0..n[2] {
+            for y in 0..n[1] {
+                for x in 0..n[0] {
+                    points.push([x, y, z].map(|i| (i as f32 + 0.5) * spacing));
+                }
+            }
+        }
+        points
+    }
+
+    #[test]
+    fn without_strays_the_box_is_exact() {
+        let points = lattice([20, 20, 20], 0.1);
+        assert_eq!(robust_bounds(&points), Aabb::of_points(&points));
+        assert_eq!(robust_bounds(&[[1.0, 2.0, 3.0]]), Aabb::of_points(&[[1.0, 2.0, 3.0]]));
+        assert!(robust_bounds(&[]).is_empty());
+    }
+
+    #[test]
+    fn strays_do_not_stretch_the_box() {
+        let mut points = lattice([20, 20, 20], 0.1);
+        points.push([1.0, 1.0, -500.0]);
+        points.push([900.0, 1.0, 1.0]);
+        let bounds = robust_bounds(&points);
+        // The bulk is 1.9 wide; a quarter of that is allowed on each side.
+        assert!(bounds.extent().max_element() < 1.9 * 1.3, "{bounds:?}");
+    }
+
+    #[test]
+    fn a_splash_above_the_bulk_stays_in() {
+        let mut points = lattice([20, 20, 4], 0.1);
+        points.push([1.0, 1.0, 0.7]);
+        assert_eq!(robust_bounds(&points).max.z, 0.7);
+    }
+
+    #[test]
+    fn the_depth_of_a_box_is_its_depth() {
+        // Multiples of the column width, so that no column is cut.
+        let points = lattice([16, 16, 12], 0.1);
+        let depth = column_depth(&points, UpAxis::Z, 0.1);
+        assert!((depth - 1.2).abs() < 1e-5, "{depth}");
+        let depth = column_depth(&points, UpAxis::X, 0.1);
+        assert!((depth - 1.6).abs() < 1e-5, "{depth}");
+        assert_eq!(column_depth(&[], UpAxis::X, 0.1), 0.0);
+    }
+}

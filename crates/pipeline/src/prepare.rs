@@ -1,0 +1,62 @@
+use meniscus_core::{Flaws, Look, SetFrame};
+use meniscus_lod::{ChunkOptions, ChunkedSet, Identity, chunks};
+
+/// A frame in the order the GPU wants it, made on reader threads.
+#[derive(Clone, Debug)]
+pub struct PreparedFrame {
+    /// Index in the series.
+    pub index: usize,
+    /// Simulation time.
+    pub time: Option<f64>,
+    /// The sets that are drawn.
+    pub sets: Vec<PreparedSet>,
+    /// What was lost while reading.
+    pub flaws: Flaws,
+}
+
+/// One set of a prepared frame.
+#[derive(Clone, Debug)]
+pub struct PreparedSet {
+    /// Its name.
+    pub name: String,
+    /// How it is drawn.
+    pub look: Look,
+    /// Its particles in chunks.
+    pub chunked: ChunkedSet,
+}
+
+impl PreparedFrame {
+    /// Bytes held in memory.
+    pub fn bytes(&self) -> u64 {
+        self.sets.iter().map(|set| set.chunked.bytes()).sum()
+    }
+}
+
+/// Brings frames into chunk order; cheap to clone and to send to reader threads.
+#[derive(Clone, Copy, Debug)]
+pub struct Preparer {
+    pub(crate) page_particles: usize,
+    pub(crate) spacing_world: f32,
+    pub(crate) identity: Identity,
+}
+
+impl Preparer {
+    /// `frame` with its drawn sets in chunks; hidden sets are dropped.
+    pub fn prepare(&self, frame: SetFrame) -> PreparedFrame {
+        let options = ChunkOptions {
+            identity: self.identity,
+            ..ChunkOptions::new(self.page_particles, self.spacing_world)
+        };
+        let sets = frame
+            .sets
+            .into_iter()
+            .filter(|set| set.look != Look::Hidden)
+            .map(|set| PreparedSet {
+                name: set.name,
+                look: set.look,
+                chunked: chunks::build(&set.particles, &options),
+            })
+            .collect();
+        PreparedFrame { index: frame.index, time: frame.time, sets, flaws: frame.flaws }
+    }
+}

@@ -1,0 +1,273 @@
+use meniscus_compositor::Compositor;
+use meniscus_core::{Camera, Flaw, FrameReport, Look, ParticleCounts, StageCost};
+use meniscus_gpu::role::{NO_SURFACE, PackedParticle};
+use meniscus_gpu::{CameraUniform, Gpu, Recorder, Timing};
+use meniscus_lod::{GpuSet, Selector};
+use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass};
+use meniscus_ssfr::{SplatInput, SplatSet, Ssfr, SurfaceImages};
+
+use crate::images::FrameImages;
+use crate::{PipelineError, PreparedFrame, PreparedSet, Preparer, Registry, Settings, SettingsError, World};
+
+/// A finished picture.
+#[derive(Clone, Debug)]
+pub struct Picture {
+    /// sRGB, red in the lowest byte, row by row from the top left.
+    pub pixels: Vec<u32>,
+    /// What it cost and what is wrong with it.
+    pub report: FrameReport,
+}
+
+/// A set on the GPU and what of it is drawn.
+#[derive(Default)]
+struct DrawnSet {
+    gpu: GpuSet,
+    selector: Selector,
+}
+
+/// Draws prepared frames. What is long-lived (pipelines, images, buffers) is kept from frame to frame; a frame of the same
+/// size and particle number allocates nothing.
+pub struct Renderer {
+    gpu: Gpu,
+    settings: Settings,
+    recorder: Recorder,
+    scene: ScenePass,
+    surface: Ssfr,
+    lighting: Box<dyn LightingPass>,
+    compositor: Compositor,
+    geometry: Option<SceneGeometry>,
+    images: Option<FrameImages>,
+    sets: Vec<DrawnSet>,
+    counts: ParticleCounts,
+}
+
+impl Renderer {
+    /// Compiles all passes that `settings` ask for.
+    ///
+    /// # Errors
+    /// A name that `registry` does not have, a parameter out of range, a shader that the driver does not take.
+    pub fn new(gpu: Gpu, registry: Registry, settings: Settings) -> Result<Self, PipelineError> {
+        settings.validate(&registry)?;
+        let lighting =
+            registry.lighting.make(&settings.lighting).map_err(SettingsError::stage)?.compile(&gpu)?;
+        Ok(Self {
+            recorder: Recorder::new(&gpu, Timing::Stamps),
+            scene: ScenePass::new(&gpu)?,
+            surface: Ssfr::new(&gpu, &registry.filters, &settings.surface)?,
+            lighting,
+            compositor: Compositor::new(&gpu)?,
+            geometry: None,
+            images: None,
+            sets: Vec::new(),
+            counts: ParticleCounts::default(),
+            gpu,
+            settings,
+        })
+    }
+
+    /// The device.
+    pub fn gpu(&self) -> &Gpu {
+        &self.gpu
+    }
+
+    /// The settings in use.
+    pub fn settings(&self) -> &Settings {
+        &self.settings
+    }
+
+    /// Brings frames of `world`'s series into the order that this renderer wants; for reader threads.
+    pub fn preparer(&self, world: &World) -> Preparer {
+        Preparer {
+            page_particles: self.gpu.page_elements::<PackedParticle>(),
+            spacing_world: world.space().spacing as f32,
+            identity: self.settings.lod.policy.identity(),
+        }
+    }
+
+    /// How the following frames are timed.
+    pub fn set_timing(&mut self, timing: Timing) {
+        self.recorder.set_timing(timing);
+    }
+
+    /// Draws `frame` and reads the picture back.
+    ///
+    /// # Errors
+    /// An unusable camera, or the GPU.
+    pub fn render(
+        &mut self,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<Picture, PipelineError> {
+        self.draw_and_wait(frame, world, camera, size)?;
+        let mut flaws = frame.flaws.clone();
+        if self.counts.kept == 0 {
+            flaws.add(Flaw::NothingVisible);
+        }
+        let pixels = self.images().display.read(&self.gpu)?;
+        let stages = self.take_costs();
+        let report =
+            FrameReport { frame: frame.index, time: frame.time, particles: self.counts, stages, flaws };
+        Ok(Picture { pixels, report })
+    }
+
+    /// Draws `frame` and waits for the GPU; the picture stays there.
+    ///
+    /// # Errors
+    /// As [`Self::render`].
+    pub fn draw_and_wait(
+        &mut self,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<(), PipelineError> {
+        self.record(frame, world, camera, size)?;
+        let _ = self.recorder.submit(&self.gpu)?;
+        self.gpu.wait()?;
+        Ok(())
+    }
+
+    /// Cost per pass of the oldest frame not asked for yet.
+    pub fn take_costs(&mut self) -> Vec<StageCost> {
+        self.recorder.take_costs(&self.gpu)
+    }
+
+    /// Particle numbers of the last frame.
+    pub fn counts(&self) -> ParticleCounts {
+        self.counts
+    }
+
+    /// Surface images of the last frame.
+    ///
+    /// # Panics
+    /// Before the first frame.
+    pub fn surface_images(&self) -> &SurfaceImages {
+        &self.images().surface
+    }
+
+    /// Fraction of the last picture that shows water; reads an image back.
+    ///
+    /// # Errors
+    /// The GPU's.
+    ///
+    /// # Panics
+    /// Before the first frame.
+    pub fn covered_fraction(&self) -> Result<f64, PipelineError> {
+        let distance = self.images().surface.distance.read(&self.gpu)?;
+        let covered = distance.iter().filter(|d| **d < NO_SURFACE).count();
+        Ok(covered as f64 / distance.len() as f64)
+    }
+
+    fn images(&self) -> &FrameImages {
+        self.images.as_ref().expect("a frame was drawn before its images are asked for")
+    }
+
+    /// The passes of a frame, in order.
+    fn record(
+        &mut self,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<(), PipelineError> {
+        camera.validate()?;
+        self.fit_images(size)?;
+        if self.geometry.is_none() {
+            self.geometry = Some(SceneGeometry::new(&self.gpu, world.scene())?);
+        }
+        self.select(frame, world, camera, size)?;
+
+        let uniform = CameraUniform::new(camera, size);
+        let camera_binding = self.recorder.uniform(&uniform);
+        let (Some(images), Some(geometry)) = (&self.images, &self.geometry) else { return Ok(()) };
+        self.scene.record(
+            &self.gpu,
+            &mut self.recorder,
+            &uniform,
+            geometry,
+            &images.scene_color,
+            &images.scene_distance,
+            &images.scene_depth,
+        );
+        let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(splat_inputs).collect();
+        let sets: Vec<SplatSet> = pages
+            .iter()
+            .map(|pages| SplatSet {
+                pages,
+                radius_world: world.space().radius as f32,
+                volume_world: (world.space().spacing as f32).powi(3),
+                uniform_radius: self.settings.lod.threshold >= 1.0,
+            })
+            .collect();
+        self.surface.record(
+            &mut self.recorder,
+            &self.gpu,
+            &camera_binding,
+            &sets,
+            &images.scene_distance,
+            &images.surface,
+        );
+        let inputs = LightingInputs {
+            camera: &uniform,
+            surroundings: geometry.surroundings(),
+            scale: world.scale(),
+            distance: &images.surface.distance,
+            thickness: &images.surface.thickness,
+            normal: &images.surface.normal,
+            scene_color: &images.scene_color,
+            scene_distance: &images.scene_distance,
+        };
+        self.lighting.record(&self.gpu, &mut self.recorder, &inputs, &images.radiance);
+        self.compositor.record(
+            &self.gpu,
+            &mut self.recorder,
+            &self.settings.post,
+            &images.radiance,
+            &images.display,
+        );
+        Ok(())
+    }
+
+    fn fit_images(&mut self, size: [u32; 2]) -> Result<(), PipelineError> {
+        let params = &self.settings.surface;
+        if !self.images.as_ref().is_some_and(|images| images.surface.fit(size, params)) {
+            // The old ones go first: two sets of images may not fit.
+            self.images = None;
+            self.images = Some(FrameImages::new(&self.gpu, size, params)?);
+            self.compositor.resize(&self.gpu, size)?;
+        }
+        Ok(())
+    }
+
+    /// Uploads the sets and what of them is kept, where either has changed.
+    fn select(
+        &mut self,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+        size: [u32; 2],
+    ) -> Result<(), PipelineError> {
+        let water: Vec<&PreparedSet> = frame.sets.iter().filter(|set| set.look == Look::Water).collect();
+        self.sets.resize_with(water.len(), DrawnSet::default);
+        self.counts = ParticleCounts::default();
+        for (drawn, set) in self.sets.iter_mut().zip(water) {
+            drawn.gpu.upload(&self.gpu, &set.chunked)?;
+            let radius = world.space().radius as f32;
+            if drawn.selector.update(&set.chunked, camera, size, radius, &self.settings.lod)? {
+                drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
+            }
+            let counts = drawn.selector.selection().counts;
+            self.counts.input += counts.input;
+            self.counts.kept += counts.kept;
+            self.counts.chunks += counts.chunks;
+            self.counts.chunks_culled += counts.chunks_culled;
+        }
+        Ok(())
+    }
+}
+
+fn splat_inputs(set: &DrawnSet) -> Vec<SplatInput<'_>> {
+    set.gpu.pages().map(|(particles, ranges)| SplatInput { particles, ranges }).collect()
+}

@@ -1,0 +1,222 @@
+use std::path::PathBuf;
+
+use meniscus_compositor::CompositorParameters;
+use meniscus_lod::LodParams;
+use meniscus_scene::Description;
+use meniscus_shading::LightingChoice;
+use meniscus_ssfr::SsfrParams;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+use serde_json::{Map, Value};
+
+use crate::Registry;
+
+/// Every parameter of a picture besides its camera and size. Stages describe their own; `stage.name` is the key on the
+/// command line.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct Settings {
+    /// Level of detail.
+    pub lod: LodParams,
+    /// Splats, filter, thickness.
+    pub surface: SsfrParams,
+    /// Lighting model of the water and its parameters.
+    pub lighting: LightingChoice,
+    /// Surroundings.
+    pub scene: SceneSettings,
+    /// Tone mapping and what comes after.
+    pub post: CompositorParameters,
+}
+
+/// What surrounds the water, beside what a scene file says.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SceneSettings {
+    /// Scene file (TOML); none: the automatic scene.
+    pub file: Option<PathBuf>,
+    /// Whether there is a floor, in place of what the file says.
+    pub floor: Option<bool>,
+    /// Whether the walls of a tank around the data are drawn, in place of what the file says.
+    pub walls: Option<bool>,
+}
+
+impl SceneSettings {
+    pub(crate) fn apply(&self, mut description: Description) -> Description {
+        if let Some(floor) = self.floor {
+            description.floor.visible = floor;
+        }
+        if let Some(walls) = self.walls {
+            description.walls.visible = walls;
+        }
+        description
+    }
+}
+
+/// A parameter that cannot be set.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SettingsError {
+    /// No such key.
+    #[error(
+        "there is no parameter `{key}`; under `{parent}` there are: {available}. `--param list` prints all"
+    )]
+    UnknownKey {
+        /// As given.
+        key: String,
+        /// The longest known beginning.
+        parent: String,
+        /// What follows it.
+        available: String,
+    },
+    /// The value does not fit.
+    #[error("parameter `{key}` cannot be `{value}`: {message}")]
+    Value {
+        /// The key.
+        key: String,
+        /// As given.
+        value: String,
+        /// What was expected.
+        message: String,
+    },
+    /// A stage refuses its parameters.
+    #[error("{0}")]
+    Stage(String),
+}
+
+impl SettingsError {
+    pub(crate) fn stage(error: impl std::fmt::Display) -> Self {
+        Self::Stage(error.to_string())
+    }
+}
+
+/// Maps whose keys are known to the chosen filter or lighting model, not to us.
+const OPEN_MAPS: [&str; 2] = ["surface.filter.parameters", "lighting.parameters"];
+
+impl Settings {
+    /// Sets the parameter `key` (dots between stage and name) to `value`, written as in TOML; a bare word is a string.
+    ///
+    /// # Errors
+    /// An unknown key, with those that exist; a value of the wrong type.
+    pub fn set(&mut self, key: &str, value: &str) -> Result<(), SettingsError> {
+        let fail =
+            |message: String| SettingsError::Value { key: key.to_owned(), value: value.to_owned(), message };
+        let mut tree = serde_json::to_value(&*self).map_err(|e| fail(e.to_string()))?;
+        *slot(&mut tree, key)? = parse(value);
+        *self = serde_json::from_value(tree).map_err(|e| fail(e.to_string()))?;
+        Ok(())
+    }
+
+    /// Chooses the surface filter, with its default parameters unless it is chosen already.
+    ///
+    /// # Errors
+    /// No filter of that name.
+    pub fn choose_filter(&mut self, registry: &Registry, name: &str) -> Result<(), SettingsError> {
+        if self.surface.filter.name != name {
+            self.surface.filter.name = name.to_owned();
+            self.surface.filter.parameters.clear();
+        }
+        self.validate(registry)
+    }
+
+    /// Chooses the lighting model, with its default parameters unless it is chosen already.
+    ///
+    /// # Errors
+    /// No model of that name.
+    pub fn choose_lighting(&mut self, registry: &Registry, name: &str) -> Result<(), SettingsError> {
+        if self.lighting.name != name {
+            self.lighting.name = name.to_owned();
+            self.lighting.parameters.clear();
+        }
+        self.validate(registry)
+    }
+
+    /// Checks all ranges and names.
+    ///
+    /// # Errors
+    /// The first thing that does not fit.
+    pub fn validate(&self, registry: &Registry) -> Result<(), SettingsError> {
+        self.lod.validate().map_err(SettingsError::stage)?;
+        self.surface.validate().map_err(SettingsError::stage)?;
+        self.post.validate().map_err(SettingsError::stage)?;
+        let known = |kind: &str, name: &str, names: Vec<&str>| {
+            if names.contains(&name) {
+                return Ok(());
+            }
+            Err(SettingsError::Stage(format!("there is no {kind} `{name}`; there are: {}", names.join(", "))))
+        };
+        known("filter", &self.surface.filter.name, registry.filter_names())?;
+        known("lighting model", &self.lighting.name, registry.lighting_names())
+    }
+
+    /// Whether the picture has an alpha channel.
+    pub fn transparent(&self) -> bool {
+        self.post.transparent
+    }
+
+    /// All parameters as `(key, value)`, those of the chosen filter and lighting model with their defaults.
+    pub fn describe(&self, registry: &Registry) -> Vec<(String, String)> {
+        let mut tree = serde_json::to_value(self).unwrap_or_default();
+        let defaults = [
+            registry.filter_defaults(&self.surface.filter.name),
+            registry.lighting_defaults(&self.lighting.name),
+        ];
+        for (map, defaults) in OPEN_MAPS.iter().zip(defaults) {
+            if let Ok(Value::Object(parameters)) = slot(&mut tree, map) {
+                for (name, default) in defaults {
+                    parameters.entry(name).or_insert(default);
+                }
+            }
+        }
+        let mut lines = Vec::new();
+        flatten("", &tree, &mut lines);
+        lines
+    }
+}
+
+/// The value at `key`.
+fn slot<'a>(tree: &'a mut Value, key: &str) -> Result<&'a mut Value, SettingsError> {
+    let mut here = tree;
+    let mut path = String::new();
+    for name in key.split('.') {
+        let Value::Object(map) = here else {
+            return Err(unknown(key, &path, &Map::new()));
+        };
+        if !map.contains_key(name) {
+            if !OPEN_MAPS.contains(&path.as_str()) {
+                return Err(unknown(key, &path, map));
+            }
+            map.insert(name.to_owned(), Value::Null);
+        }
+        if !path.is_empty() {
+            path.push('.');
+        }
+        path.push_str(name);
+        here = &mut map[name];
+    }
+    Ok(here)
+}
+
+fn unknown(key: &str, parent: &str, map: &Map<String, Value>) -> SettingsError {
+    let available =
+        if map.is_empty() { "none".to_owned() } else { map.keys().cloned().collect::<Vec<_>>().join(", ") };
+    SettingsError::UnknownKey { key: key.to_owned(), parent: parent.to_owned(), available }
+}
+
+/// A TOML value; what is none is a string.
+fn parse(text: &str) -> Value {
+    toml::from_str::<Map<String, Value>>(&format!("value = {text}"))
+        .ok()
+        .and_then(|mut table| table.remove("value"))
+        .unwrap_or_else(|| Value::String(text.to_owned()))
+}
+
+fn flatten(path: &str, value: &Value, lines: &mut Vec<(String, String)>) {
+    match value {
+        Value::Object(map) => {
+            for (name, inner) in map {
+                let path = if path.is_empty() { name.clone() } else { format!("{path}.{name}") };
+                flatten(&path, inner, lines);
+            }
+        }
+        leaf => lines.push((path.to_owned(), leaf.to_string())),
+    }
+}

@@ -1,0 +1,139 @@
+use glam::Vec3;
+use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, SeriesSpace, SetFrame};
+use meniscus_scene::{Description, Scene};
+use meniscus_shading::WaterScale;
+
+use crate::measure::{column_depth, robust_bounds};
+use crate::{PipelineError, Settings};
+
+/// What stays the same over a series: its space, the room it takes, the scene around it and how clear the water is.
+#[derive(Clone, Debug)]
+pub struct World {
+    space: SeriesSpace,
+    bounds: Aabb,
+    scene: Scene,
+    scale: WaterScale,
+}
+
+impl World {
+    /// The world of a series, from its first, middle and last readable frame, so that a still camera holds all of it.
+    ///
+    /// # Errors
+    /// [`PipelineError::Frame`] when none of the three can be read; a scene setting out of range.
+    pub fn of_series(
+        source: &dyn FrameSource,
+        space: SeriesSpace,
+        settings: &Settings,
+    ) -> Result<Self, PipelineError> {
+        let last = source.frame_count().saturating_sub(1);
+        let mut frames = vec![0, last / 2, last];
+        frames.dedup();
+        let mut error = None;
+        let mut measured = Vec::new();
+        for index in frames {
+            match source.read(index, &FrameRequest::default(), &Cancel::default()) {
+                Ok(frame) => measured.push(Measured::of(&frame, &space)),
+                Err(e) => {
+                    error.get_or_insert(e);
+                }
+            }
+        }
+        if let (true, Some(error)) = (measured.is_empty(), error) {
+            return Err(PipelineError::Frame(error));
+        }
+        let bounds = measured.iter().fold(Aabb::EMPTY, |all, m| all.union(m.bounds));
+        let depths: Vec<f32> = measured.iter().filter_map(|m| m.depth).collect();
+        let depth = depths.iter().copied().fold(0.0, f32::max);
+        Self::new(space, bounds, depth, settings)
+    }
+
+    /// The world of a single frame.
+    ///
+    /// # Errors
+    /// As [`Self::of_series`].
+    pub fn of_frame(
+        frame: &SetFrame,
+        space: SeriesSpace,
+        settings: &Settings,
+    ) -> Result<Self, PipelineError> {
+        let measured = Measured::of(frame, &space);
+        Self::new(space, measured.bounds, measured.depth.unwrap_or(0.0), settings)
+    }
+
+    fn new(space: SeriesSpace, bounds: Aabb, depth: f32, settings: &Settings) -> Result<Self, PipelineError> {
+        let spacing = space.spacing as f32;
+        let (description, file) = match &settings.scene.file {
+            Some(path) => {
+                let text = std::fs::read_to_string(path)
+                    .map_err(|source| PipelineError::SceneFile { path: path.clone(), source })?;
+                let file = path.display().to_string();
+                (Description::from_toml(&text, &file)?, file)
+            }
+            None => (Description::default(), "the automatic scene".to_owned()),
+        };
+        let description = settings.scene.apply(description);
+        let scene = description.resolve(bounds, space.origin, space.up, spacing, &file)?;
+        // Nothing but thin films: their own thickness is the scale.
+        let scale = WaterScale { depth_world: depth.max(spacing), spacing_world: spacing };
+        Ok(Self { space, bounds, scene, scale })
+    }
+
+    /// Origin, spacing, radius, up axis.
+    pub fn space(&self) -> &SeriesSpace {
+        &self.space
+    }
+
+    /// Box around the particles, stray ones left out, world.
+    pub fn bounds(&self) -> Aabb {
+        self.bounds
+    }
+
+    /// What surrounds the water.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// Lengths of the water that automatic parameters of lighting models are scaled by.
+    pub fn scale(&self) -> WaterScale {
+        self.scale
+    }
+
+    /// Nearest distance that is drawn: a thousandth of the data's diagonal.
+    pub fn near_distance(&self) -> f32 {
+        (self.bounds.extent().length() * 1e-3).max(f32::MIN_POSITIVE)
+    }
+
+    /// Centre of the data, world.
+    pub fn center(&self) -> Vec3 {
+        self.bounds.center()
+    }
+
+    /// The automatic choices that were made here.
+    pub fn choices(&self) -> Vec<Choice> {
+        vec![Choice {
+            what: "absorption".into(),
+            value: format!("scaled to a water depth of {:.4}", self.scale.depth_world),
+            reason: "the median column still transmits".into(),
+            flag: "--param lighting.absorption_scale=FACTOR".into(),
+        }]
+    }
+}
+
+struct Measured {
+    bounds: Aabb,
+    /// Median depth of water columns, `None` without water.
+    depth: Option<f32>,
+}
+
+impl Measured {
+    fn of(frame: &SetFrame, space: &SeriesSpace) -> Self {
+        let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
+        let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
+        let spacing = space.spacing as f32;
+        let depth = drawn()
+            .filter(|set| set.look == Look::Water)
+            .map(|set| column_depth(&set.particles.positions, space.up, spacing))
+            .reduce(f32::max);
+        Self { bounds, depth }
+    }
+}
