@@ -4,6 +4,7 @@ use std::sync::Arc;
 
 use meniscus_core::{Flaw, FrameErrorKind, FrameReport, FrameRequest, FrameSource};
 use meniscus_export::{OutputPattern, write_png};
+use meniscus_gpu::Timing;
 use meniscus_pipeline::{PreparedFrame, Registry};
 use meniscus_prefetch::{Plan, PrefetchOptions, Prefetcher};
 
@@ -29,6 +30,10 @@ pub fn run(
     pattern.check(frames.len())?;
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
 
+    if args.report.is_some() && !studio.renderer.gpu().trusts_time_stamps() {
+        // Nothing is lost on the software drivers that this is about: they run one pass after the other anyway.
+        studio.renderer.set_timing(Timing::Isolated);
+    }
     let preparer = studio.renderer.preparer(&studio.world);
     let threads = global.threads.map_or(PrefetchOptions::default().threads, usize::from);
     let options = PrefetchOptions { threads, request: FrameRequest::default(), ..Default::default() };

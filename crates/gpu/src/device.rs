@@ -148,6 +148,13 @@ impl Gpu {
         self.features
     }
 
+    /// Whether time stamps of this driver can be believed: on llvmpipe before Mesa 25, a compute pass with one dispatch
+    /// reports about zero once a render pass has run. Without them, only [`Timing::Isolated`](crate::Timing) tells what a
+    /// pass costs.
+    pub fn trusts_time_stamps(&self) -> bool {
+        self.features.contains(wgpu::Features::TIMESTAMP_QUERY) && believable_stamps(&self.summary.driver)
+    }
+
     /// Memory held by live buffers, images and textures.
     pub fn memory(&self) -> &GpuMemory {
         &self.memory
@@ -193,6 +200,12 @@ impl Drop for Gpu {
     }
 }
 
+/// `driver` as in [`AdapterSummary::driver`], e.g. `llvmpipe Mesa 22.3.6 (LLVM 15.0.6)`.
+fn believable_stamps(driver: &str) -> bool {
+    let mesa_major = driver.split_once("Mesa ").and_then(|(_, v)| v.split('.').next()?.parse::<u32>().ok());
+    !driver.starts_with("llvmpipe") || mesa_major.is_some_and(|major| major >= 25)
+}
+
 fn open_cache(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Option<(wgpu::PipelineCache, PathBuf)> {
     let key = wgpu::util::pipeline_cache_key(info)?;
     let path = etcetera::choose_base_strategy().ok()?.cache_dir().join("meniscus").join(key);
@@ -207,4 +220,17 @@ fn open_cache(device: &wgpu::Device, info: &wgpu::AdapterInfo) -> Option<(wgpu::
         })
     };
     Some((cache, path))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_llvmpipe_is_not_believed() {
+        assert!(!believable_stamps("llvmpipe Mesa 22.3.6 (LLVM 15.0.6)"));
+        assert!(!believable_stamps("llvmpipe"));
+        assert!(believable_stamps("llvmpipe Mesa 25.0.7-2 (LLVM 19.1.7)"));
+        assert!(believable_stamps("NVIDIA 580.95"));
+    }
 }

@@ -67,7 +67,8 @@ impl Dispatch {
 /// How passes are timed.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Timing {
-    /// Time stamps at pass boundaries, read after the frame; the frame runs as it does in production.
+    /// Time stamps at pass boundaries, read after the frame; the frame runs as it does in production. Nothing is timed
+    /// where [`Gpu::trusts_time_stamps`] is false.
     #[default]
     Stamps,
     /// Every pass is submitted and waited for on its own, with wall and CPU clocks beside the time stamps. Slower as a whole;
@@ -157,7 +158,7 @@ const UNIFORM_BYTES: u64 = 1 << 18;
 impl Recorder {
     /// A recorder for `gpu`.
     pub fn new(gpu: &Gpu, timing: Timing) -> Self {
-        let stamps = gpu.features().contains(wgpu::Features::TIMESTAMP_QUERY);
+        let stamps = gpu.trusts_time_stamps();
         let profiler =
             stamps.then(|| GpuProfiler::new(&gpu.device, GpuProfilerSettings::default()).ok()).flatten();
         let uniform_buffer = gpu.device.create_buffer(&wgpu::BufferDescriptor {

@@ -44,6 +44,10 @@ fn a_pass_runs_is_named_and_timed() {
         let _ = recorder.submit(&gpu).unwrap();
         gpu.wait().unwrap();
         let costs = recorder.take_costs(&gpu);
+        if timing == Timing::Stamps && !gpu.trusts_time_stamps() {
+            assert!(costs.is_empty(), "no figure is better than a wrong one: {costs:?}");
+            continue;
+        }
         assert_eq!(costs.len(), 1, "{costs:?}");
         assert_eq!(costs[0].name, "test.double");
         assert_eq!(costs[0].wall_ms.is_some(), timing == Timing::Isolated);
