@@ -67,7 +67,7 @@ pub enum Command {
         meniscus render dam.pvd -o dam.png --where 'type == 0'\n  \
         meniscus render dam.pvd -o dam.png --set \"water=type == 0\" --set \"walls=type == 1:hidden\"\n  \
         meniscus render fluid.vtu -o side.png --camera \"0.5,0.3,1/0,0.1,0/0,1,0/35\"\n  \
-        meniscus render fluid.vtu -o milk.png --param lighting.model.attenuation_scale=20")]
+        meniscus render fluid.vtu -o milk.png --param lighting.attenuation_scale=20")]
     Render(RenderArgs),
     /// Measure the steady state: a camera that orbits half a degree every frame.
     #[command(after_help = "Examples:\n  meniscus bench fluid.vtu --size 1280x720 --frames 20\n  \

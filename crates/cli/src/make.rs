@@ -1,6 +1,6 @@
 //! `meniscus make`.
 
-use meniscus_cases::CaseOptions;
+use meniscus_cases::{CaseOptions, CaseSource};
 use meniscus_export::{ExportError, write_text};
 use meniscus_io::writer::{self, Values, WriteAttribute, WriteParticles};
 
@@ -16,7 +16,7 @@ pub fn run(args: &MakeArgs, terminal: &Terminal) -> Result<(), Failure> {
         frames: args.frames as usize,
         seed: args.seed,
     };
-    options.validate().map_err(|e| Failure::Usage(e.to_string()))?;
+    let source = CaseSource::new(case, options).map_err(|e| Failure::Usage(e.to_string()))?;
     let cancel = interrupt();
     let unwritable = |source| Failure::Output(ExportError::Io { path: args.output.clone(), source });
     std::fs::create_dir_all(&args.output).map_err(unwritable)?;
@@ -28,10 +28,7 @@ pub fn run(args: &MakeArgs, terminal: &Terminal) -> Result<(), Failure> {
     let bar = terminal.progress(options.frames as u64, "frames");
     let mut entries = Vec::with_capacity(options.frames);
     for index in 0..options.frames {
-        if cancel.is_cancelled() {
-            return Err(Failure::Interrupted);
-        }
-        let frame = case.frame(&options, index);
+        let frame = source.case_frame(index, &cancel)?;
         let name = format!("{stem}_{index:04}.{ending}");
         let path = args.output.join(&name);
         let attributes = [

@@ -91,8 +91,28 @@ impl SettingsError {
 /// Maps whose keys are known to the chosen filter or lighting model, not to us.
 const OPEN_MAPS: [&str; 2] = ["surface.filter.parameters", "lighting.parameters"];
 
+/// Keys as users type and see them, and where they live; the first beginning that fits is taken.
+const SHORT_KEYS: [(&str, &str); 5] = [
+    ("filter.name", "surface.filter.name"),
+    ("filter.", "surface.filter.parameters."),
+    ("thickness.", "surface.thickness."),
+    ("lighting.name", "lighting.name"),
+    ("lighting.", "lighting.parameters."),
+];
+
+fn long_key(key: &str) -> String {
+    let found = SHORT_KEYS.iter().find_map(|(short, long)| Some((long, key.strip_prefix(short)?)));
+    found.map_or_else(|| key.to_owned(), |(long, rest)| format!("{long}{rest}"))
+}
+
+fn short_key(key: &str) -> String {
+    let found = SHORT_KEYS.iter().find_map(|(short, long)| Some((short, key.strip_prefix(long)?)));
+    found.map_or_else(|| key.to_owned(), |(short, rest)| format!("{short}{rest}"))
+}
+
 impl Settings {
-    /// Sets the parameter `key` (dots between stage and name) to `value`, written as in TOML; a bare word is a string.
+    /// Sets the parameter `key` (dots between stage and name, as [`Self::describe`] lists them) to `value`, written as in
+    /// TOML; a bare word is a string, and `auto` leaves the choice to the stage.
     ///
     /// # Errors
     /// An unknown key, with those that exist; a value of the wrong type.
@@ -100,7 +120,7 @@ impl Settings {
         let fail =
             |message: String| SettingsError::Value { key: key.to_owned(), value: value.to_owned(), message };
         let mut tree = serde_json::to_value(&*self).map_err(|e| fail(e.to_string()))?;
-        *slot(&mut tree, key)? = parse(value);
+        *slot(&mut tree, &long_key(key))? = parse(value);
         *self = serde_json::from_value(tree).map_err(|e| fail(e.to_string()))?;
         Ok(())
     }
@@ -203,11 +223,17 @@ fn unknown(key: &str, parent: &str, map: &Map<String, Value>) -> SettingsError {
 
 /// A TOML value; what is none is a string.
 fn parse(text: &str) -> Value {
+    if text == AUTO {
+        return Value::Null;
+    }
     toml::from_str::<Map<String, Value>>(&format!("value = {text}"))
         .ok()
         .and_then(|mut table| table.remove("value"))
         .unwrap_or_else(|| Value::String(text.to_owned()))
 }
+
+/// What a parameter without a value is called.
+const AUTO: &str = "auto";
 
 fn flatten(path: &str, value: &Value, lines: &mut Vec<(String, String)>) {
     match value {
@@ -217,6 +243,70 @@ fn flatten(path: &str, value: &Value, lines: &mut Vec<(String, String)>) {
                 flatten(&path, inner, lines);
             }
         }
-        leaf => lines.push((path.to_owned(), leaf.to_string())),
+        leaf => lines.push((short_key(path), display(leaf))),
+    }
+}
+
+/// As a user would write it. Parameters are `f32`; their shortest form is that of an `f32`, not of the `f64` in JSON.
+fn display(value: &Value) -> String {
+    match value {
+        Value::Null => AUTO.to_owned(),
+        Value::Array(items) => format!("[{}]", items.iter().map(display).collect::<Vec<_>>().join(", ")),
+        Value::Number(number) => match number.as_f64() {
+            Some(float) if number.is_f64() => (float as f32).to_string(),
+            _ => number.to_string(),
+        },
+        Value::String(text) => text.clone(),
+        other => other.to_string(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_parameter_that_is_listed_can_be_set_to_what_is_listed() {
+        let registry = Registry::builtin();
+        let mut settings = Settings::default();
+        let listed = settings.describe(&registry);
+        assert!(listed.iter().any(|(key, _)| key == "filter.name"), "{listed:?}");
+        for (key, value) in &listed {
+            settings.set(key, value).unwrap();
+        }
+        settings.validate(&registry).unwrap();
+        assert_eq!(settings.describe(&registry), listed);
+    }
+
+    #[test]
+    fn values_are_taken_with_their_types() {
+        let mut settings = Settings::default();
+        settings.set("lod.threshold", "0.3").unwrap();
+        settings.set("scene.walls", "true").unwrap();
+        settings.set("scene.file", "my scene.toml").unwrap();
+        settings.set("thickness.scale", "4").unwrap();
+        settings.set("lighting.roughness", "0.5").unwrap();
+        assert_eq!(settings.lod.threshold, 0.3);
+        assert_eq!(settings.scene.walls, Some(true));
+        assert_eq!(settings.scene.file, Some(PathBuf::from("my scene.toml")));
+        assert_eq!(settings.surface.thickness.scale, 4);
+        assert_eq!(settings.lighting.parameters["roughness"], 0.5);
+        settings.set("scene.walls", "auto").unwrap();
+        assert_eq!(settings.scene.walls, None);
+    }
+
+    #[test]
+    fn mistakes_show_what_there_is() {
+        let mut settings = Settings::default();
+        let before = settings.clone();
+        let message = |result: Result<(), SettingsError>| result.unwrap_err().to_string();
+        let unknown = message(settings.set("post.exposur", "1"));
+        assert!(unknown.contains("post.exposur") && unknown.contains("exposure"), "{unknown}");
+        assert!(message(settings.set("pots.exposure", "1")).contains("lighting"));
+        let wrong = message(settings.set("post.exposure", "bright"));
+        assert!(wrong.contains("bright"), "{wrong}");
+        assert_eq!(settings, before);
+        let filter = message(settings.choose_filter(&Registry::builtin(), "median"));
+        assert!(filter.contains("median") && filter.contains("narrow-range"), "{filter}");
     }
 }

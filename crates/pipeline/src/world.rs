@@ -114,7 +114,7 @@ impl World {
             what: "absorption".into(),
             value: format!("scaled to a water depth of {:.4}", self.scale.depth_world),
             reason: "the median column still transmits".into(),
-            flag: "--param lighting.absorption_scale=FACTOR".into(),
+            flag: "--param lighting.attenuation_scale=FACTOR".into(),
         }]
     }
 }
