@@ -1,6 +1,7 @@
 // View-space normals from distances (algorithms.md 7). Along each axis the difference is taken on the side on which the
 // surface continues: where extrapolation from two pixels predicts this one best.
 #import meniscus::camera::{Camera, view_ray}
+#import meniscus::key::{key_of, is_gap, key_per_distance, GAP}
 #import meniscus::surface::{is_empty, pack_normal}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -12,22 +13,12 @@
 const NOISE_RADII: f32 = 0.02;
 // Smallest cosine between normal and direction to the eye.
 const GRAZING: f32 = 0.02;
-const EMPTY: f32 = -3.4e38;
 
-// A number that is affine in the pixel on any plane: 1/d under perspective, -d in parallel projection. Greater is nearer.
 fn key_at(pixel: u32, is_inside: bool) -> f32 {
     if !is_inside {
-        return EMPTY;
+        return GAP;
     }
-    let d = distance[pixel];
-    if is_empty(d) {
-        return EMPTY;
-    }
-    return select(1.0 / d, -d, camera.orthographic != 0u);
-}
-
-fn is_gap(key: f32) -> bool {
-    return key <= -1.7e38;
+    return key_of(camera, distance[pixel]);
 }
 
 struct Side {
@@ -70,7 +61,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let is_parallel = camera.orthographic != 0u;
     let center = key_at(pixel, true);
-    let noise = max(NOISE_RADII * radius[pixel], 4e-7 * d) * select(center * center, 1.0, is_parallel);
+    let noise = max(NOISE_RADII * radius[pixel], 4e-7 * d) * key_per_distance(camera, center);
     let last = camera.size_px - 1u;
     let width = camera.size_px.x;
     let per_px = vec2(slope(center, id.x, last.x, pixel, 1u, noise), slope(center, id.y, last.y, pixel, width, noise));

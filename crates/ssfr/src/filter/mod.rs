@@ -1,11 +1,14 @@
 //! Surface filters: what they are given, what they promise, and how they are found by name.
 
+mod narrow_range;
 mod none;
 mod registry;
 
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch};
 use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder};
 
+pub(crate) use narrow_range::directions;
+pub use narrow_range::{NarrowRange, NarrowRangeParams, NarrowRangeVariant};
 pub use none::NoFilter;
 pub use registry::{DEFAULT, FilterEntry, FilterRegistry};
 

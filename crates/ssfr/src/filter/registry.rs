@@ -4,11 +4,11 @@ use meniscus_gpu::Gpu;
 use schemars::{JsonSchema, Schema, schema_for};
 use serde::de::DeserializeOwned;
 
-use super::{NoFilter, SurfaceFilter};
+use super::{NarrowRange, NoFilter, SurfaceFilter};
 use crate::{FilterChoice, SsfrError};
 
 /// Name of the filter that is used where none is named.
-pub const DEFAULT: &str = NoFilter::NAME;
+pub const DEFAULT: &str = NarrowRange::NAME;
 
 type Parameters = serde_json::Map<String, serde_json::Value>;
 type Create = dyn Fn(&Gpu, &Parameters) -> Result<Box<dyn SurfaceFilter>, SsfrError> + Send + Sync;
@@ -65,11 +65,18 @@ struct NoParameters {}
 impl FilterRegistry {
     /// The filters of this crate.
     pub fn builtin() -> Self {
-        Self(vec![FilterEntry::new::<NoParameters>(
-            NoFilter::NAME,
-            "no smoothing: every particle shows as a sphere",
-            |gpu, _| Ok(Box::new(NoFilter::new(gpu)?)),
-        )])
+        Self(vec![
+            FilterEntry::new(
+                NarrowRange::NAME,
+                "smooths a surface without mixing it with others in front or behind (Truong and Yuksel 2018)",
+                |gpu, params| Ok(Box::new(NarrowRange::new(gpu, params)?)),
+            ),
+            FilterEntry::new::<NoParameters>(
+                NoFilter::NAME,
+                "no smoothing: every particle shows as a sphere",
+                |gpu, _| Ok(Box::new(NoFilter::new(gpu)?)),
+            ),
+        ])
     }
 
     /// Adds `entry`, in place of one of the same name.

@@ -11,7 +11,12 @@ pub(crate) use surface::SurfacePasses;
 pub(crate) use thickness::ThicknessPasses;
 
 /// What the passes of this stage import besides the common includes.
-pub(crate) const INCLUDES: &[Shader] = &[shader!(include "ssfr/splat"), shader!(include "ssfr/thickness")];
+pub(crate) const INCLUDES: &[Shader] = &[
+    shader!(include "ssfr/splat"),
+    shader!(include "ssfr/thickness"),
+    shader!(include "ssfr/key"),
+    shader!(include "ssfr/narrow_range"),
+];
 
 pub(crate) fn pipeline(gpu: &Gpu, shader: Shader) -> Result<ComputePipeline, GpuError> {
     pipeline_with(gpu, shader, &[])

@@ -1,0 +1,16 @@
+// Distances to keys, on which the narrow-range passes work.
+#import meniscus::camera::Camera
+#import meniscus::key::key_of
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<storage, read> distance: array<f32>;
+@group(0) @binding(2) var<storage, read_write> key: array<f32>;
+
+@compute @workgroup_size(64, 1)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= camera.size_px) {
+        return;
+    }
+    let pixel = id.y * camera.size_px.x + id.x;
+    key[pixel] = key_of(camera, distance[pixel]);
+}
