@@ -1,29 +1,50 @@
 //! Neighbours of a few sampled particles among many, in one pass over all of them.
 
 use std::collections::HashMap;
+use std::hash::{BuildHasherDefault, Hasher};
 
 use rayon::prelude::*;
 
-/// Bits of the filter that tells in one look whether a cell is near no sample.
-const FILTER_BITS: usize = 1 << 20;
+/// Bits of the filter that tells in one look that a cell is near no sample.
+const FILTER_BITS: u64 = 1 << 20;
 
 type Cell = [i32; 3];
+
+/// The spatial hash of Teschner et al. 2003 with its bits mixed, because the standard map looks at the highest ones.
+#[derive(Default)]
+struct CellHasher(u64);
+
+impl Hasher for CellHasher {
+    fn finish(&self) -> u64 {
+        (self.0 ^ self.0 >> 29).wrapping_mul(0x9e37_79b9_7f4a_7c15)
+    }
+
+    fn write(&mut self, bytes: &[u8]) {
+        bytes.iter().for_each(|&byte| self.write_i32(byte.into()));
+    }
+
+    fn write_i32(&mut self, value: i32) {
+        self.0 = (self.0 ^ u64::from(value as u32)).wrapping_mul(73_856_093).rotate_left(21);
+    }
+
+    fn write_usize(&mut self, _length: usize) {}
+}
 
 /// All particles in the cells around the samples.
 pub(super) struct Neighbourhood {
     reach: f32,
-    cells: HashMap<Cell, Vec<[f32; 3]>>,
+    index: HashMap<Cell, u32, BuildHasherDefault<CellHasher>>,
+    members: Vec<Vec<[f32; 3]>>,
 }
 
 fn cell_of(point: &[f32; 3], reach: f32) -> Cell {
     point.map(|c| (c / reach).floor() as i32)
 }
 
-/// Teschner et al. 2003, the usual spatial hash.
-fn hash(cell: Cell) -> usize {
-    let [x, y, z] = cell.map(|c| c as u32);
+fn filter_bit(cell: Cell) -> usize {
+    let [x, y, z] = cell.map(|c| c as u32 as u64);
     let mixed = x.wrapping_mul(73_856_093) ^ y.wrapping_mul(19_349_663) ^ z.wrapping_mul(83_492_791);
-    mixed as usize % FILTER_BITS
+    (mixed % FILTER_BITS) as usize
 }
 
 fn around(cell: Cell) -> impl Iterator<Item = Cell> {
@@ -39,32 +60,33 @@ fn around(cell: Cell) -> impl Iterator<Item = Cell> {
 impl Neighbourhood {
     /// Collects the particles of `points` within `reach` of any of `samples`, and some more.
     pub fn collect(points: &[[f32; 3]], samples: &[[f32; 3]], reach: f32) -> Self {
-        let mut filter = vec![false; FILTER_BITS];
-        let mut cells: HashMap<Cell, Vec<[f32; 3]>> = HashMap::new();
+        let mut filter = vec![false; FILTER_BITS as usize];
+        let mut index = HashMap::default();
         for cell in samples.iter().flat_map(|sample| around(cell_of(sample, reach))) {
-            filter[hash(cell)] = true;
-            cells.entry(cell).or_default();
+            filter[filter_bit(cell)] = true;
+            let next = index.len() as u32;
+            index.entry(cell).or_insert(next);
         }
-        let near: Vec<(Cell, [f32; 3])> = points
+        let near: Vec<(u32, [f32; 3])> = points
             .par_iter()
             .filter_map(|point| {
                 let cell = cell_of(point, reach);
-                (filter[hash(cell)] && cells.contains_key(&cell)).then_some((cell, *point))
+                let found = if filter[filter_bit(cell)] { index.get(&cell) } else { None };
+                found.map(|&cell| (cell, *point))
             })
             .collect();
+        let mut members = vec![Vec::new(); index.len()];
         for (cell, point) in near {
-            if let Some(members) = cells.get_mut(&cell) {
-                members.push(point);
-            }
+            members[cell as usize].push(point);
         }
-        Self { reach, cells }
+        Self { reach, index, members }
     }
 
     /// Offsets from `sample` to the particles within `radius` (at most the reach), itself included.
     pub fn offsets(&self, sample: [f32; 3], radius: f32) -> impl Iterator<Item = [f32; 3]> + '_ {
         around(cell_of(&sample, self.reach))
-            .filter_map(|cell| self.cells.get(&cell))
-            .flatten()
+            .filter_map(|cell| self.index.get(&cell))
+            .flat_map(|&cell| &self.members[cell as usize])
             .map(move |point| std::array::from_fn(|axis| point[axis] - sample[axis]))
             .filter(move |offset: &[f32; 3]| offset.iter().map(|c| c * c).sum::<f32>() < radius * radius)
     }

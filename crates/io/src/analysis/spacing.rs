@@ -7,7 +7,7 @@
 use super::neighbours::Neighbourhood;
 
 /// Particles at which the density is taken.
-const SAMPLES: usize = 512;
+const SAMPLES: usize = 256;
 
 /// Kernel support in spacings: about 113 neighbours in space, 28 in the plane; the sum over a lattice is then within 0.5 %.
 const SUPPORT: f32 = 3.0;
@@ -37,14 +37,14 @@ pub(crate) fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimat
     let samples: Vec<[f32; 3]> = sample(points, SAMPLES).copied().collect();
     let mut guess = occupied_spacing(points, flat_axis);
     for _ in 0..8 {
-        let reach = 1.5 * SUPPORT * guess;
+        let reach = 1.1 * SUPPORT * guess;
         let near = Neighbourhood::collect(points, &samples, reach);
         let Some(dense) = dense_spacing(&near, &samples, reach, dimensions) else {
             guess *= 2.0;
             continue;
         };
         if SUPPORT * dense > reach {
-            guess = dense;
+            guess = 1.1 * dense;
             continue;
         }
         return refine(&near, &samples, dense, reach, dimensions);

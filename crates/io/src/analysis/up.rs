@@ -20,23 +20,24 @@ const AXES: [UpAxis; 3] = [UpAxis::X, UpAxis::Y, UpAxis::Z];
 const MIN_CORRELATION: f64 = 0.4;
 const MIN_LEAD: f64 = 0.2;
 
-/// What gravity did to the pressure or the velocity of a frame; `None` when neither tells. `water`: the particles to look at.
+/// What gravity did to the pressure or the velocity of a frame; `None` when neither tells. `sample`: indices of the
+/// particles to look at.
 pub(crate) fn from_attributes(
     frame: &FrameData,
     positions: &[[f32; 3]],
-    water: &[bool],
+    sample: &[usize],
     cancel: &Cancel,
 ) -> Result<Option<Guess>, Error> {
     if let Some(pressure) = names::find(frame, names::PRESSURE, 1) {
         let values = frame.values(pressure, &ToF32, cancel)?;
-        if let Some(axis) = hydrostatic(positions, &values, water) {
+        if let Some(axis) = hydrostatic(positions, &values, sample) {
             let reason = format!("the attribute {:?} falls along it", pressure.name);
             return Ok(Some(Guess { axis, reason }));
         }
     }
     if let Some(velocity) = names::find(frame, names::VELOCITY, 3) {
         let values = frame.values(velocity, &ToF32, cancel)?;
-        if let Some(axis) = falling(values.as_chunks::<3>().0, water) {
+        if let Some(axis) = falling(values.as_chunks::<3>().0, sample) {
             let reason = format!("the attribute {:?} points down it on average", velocity.name);
             return Ok(Some(Guess { axis, reason }));
         }
@@ -45,14 +46,10 @@ pub(crate) fn from_attributes(
 }
 
 /// The axis along which the pressure falls.
-fn hydrostatic(positions: &[[f32; 3]], pressure: &[f32], water: &[bool]) -> Option<UpAxis> {
+fn hydrostatic(positions: &[[f32; 3]], pressure: &[f32], sample: &[usize]) -> Option<UpAxis> {
     let rows = || {
-        positions
-            .iter()
-            .zip(pressure)
-            .zip(water)
-            .filter(|((p, value), water)| **water && value.is_finite() && p.iter().all(|c| c.is_finite()))
-            .map(|((p, value), _)| (p.map(f64::from), f64::from(*value)))
+        let all = sample.iter().map(|&i| (positions[i].map(f64::from), f64::from(pressure[i])));
+        all.filter(|(_, value)| value.is_finite())
     };
     let count = rows().count() as f64;
     if count < 10.0 {
@@ -85,14 +82,8 @@ fn hydrostatic(positions: &[[f32; 3]], pressure: &[f32], water: &[bool]) -> Opti
 }
 
 /// The axis, y or z, down which the mean velocity points clearly.
-fn falling(velocities: &[[f32; 3]], water: &[bool]) -> Option<UpAxis> {
-    let rows = || {
-        velocities
-            .iter()
-            .zip(water)
-            .filter(|(v, water)| **water && v.iter().all(|c| c.is_finite()))
-            .map(|(v, _)| v)
-    };
+fn falling(velocities: &[[f32; 3]], sample: &[usize]) -> Option<UpAxis> {
+    let rows = || sample.iter().map(|&i| velocities[i]).filter(|v| v.iter().all(|c| c.is_finite()));
     let (mut mean, mut square, mut count) = ([0.0_f64; 3], 0.0, 0.0);
     for v in rows() {
         count += 1.0;
@@ -113,8 +104,13 @@ fn falling(velocities: &[[f32; 3]], water: &[bool]) -> Option<UpAxis> {
         .map(|axis| AXES[axis])
 }
 
-/// The axis, y or z, with a flat bottom and a ragged top; else the one with the smaller extent. `points` are finite.
-pub(crate) fn from_shape(points: &[[f32; 3]], spacing: f32, flat_axis: Option<usize>) -> Guess {
+/// The axis, y or z, with a flat bottom and a ragged top; else the one with the smaller extent, of the particles `sample`, which are finite.
+pub(crate) fn from_shape(
+    positions: &[[f32; 3]],
+    sample: &[usize],
+    spacing: f32,
+    flat_axis: Option<usize>,
+) -> Guess {
     match flat_axis {
         Some(2) => return Guess { axis: UpAxis::Y, reason: "the data is flat along z".into() },
         Some(1) => return Guess { axis: UpAxis::Z, reason: "the data is flat along y".into() },
@@ -122,15 +118,16 @@ pub(crate) fn from_shape(points: &[[f32; 3]], spacing: f32, flat_axis: Option<us
     }
     let mut low = [f32::INFINITY; 3];
     let mut high = [f32::NEG_INFINITY; 3];
-    for point in points {
+    let points = || sample.iter().map(|&i| positions[i]);
+    for point in points() {
         for axis in 0..3 {
             low[axis] = low[axis].min(point[axis]);
             high[axis] = high[axis].max(point[axis]);
         }
     }
     let layers = |axis: usize| {
-        let bottom = points.iter().filter(|p| p[axis] < low[axis] + spacing).count() as f32;
-        let top = points.iter().filter(|p| p[axis] > high[axis] - spacing).count() as f32;
+        let bottom = points().filter(|p| p[axis] < low[axis] + spacing).count() as f32;
+        let top = points().filter(|p| p[axis] > high[axis] - spacing).count() as f32;
         (bottom + 1.0) / (top + 1.0)
     };
     let (y, z) = (layers(1), layers(2));
@@ -164,27 +161,30 @@ mod tests {
         let points = block();
         for axis in 0..3 {
             let pressure: Vec<f32> = points.iter().map(|p| 9.0 - p[axis]).collect();
-            assert_eq!(hydrostatic(&points, &pressure, &vec![true; 1000]), Some(AXES[axis]));
+            assert_eq!(hydrostatic(&points, &pressure, &(0..1000).collect::<Vec<_>>()), Some(AXES[axis]));
             let reversed: Vec<f32> = points.iter().map(|p| p[axis]).collect();
             assert_eq!(
-                hydrostatic(&points, &reversed, &vec![true; 1000]),
+                hydrostatic(&points, &reversed, &(0..1000).collect::<Vec<_>>()),
                 None,
                 "rising pressure tells nothing"
             );
         }
-        assert_eq!(hydrostatic(&points, &vec![5.0; 1000], &vec![true; 1000]), None);
+        assert_eq!(hydrostatic(&points, &vec![5.0; 1000], &(0..1000).collect::<Vec<_>>()), None);
     }
 
     #[test]
     fn water_falls_down() {
-        assert_eq!(falling(&[[0.1, 0.0, -1.0]; 20], &[true; 20]), Some(UpAxis::Z));
-        assert_eq!(falling(&[[0.1, -1.0, 0.0]; 20], &[true; 20]), Some(UpAxis::Y));
-        assert_eq!(falling(&[[-1.0, 0.0, 0.0]; 20], &[true; 20]), None);
-        assert_eq!(falling(&[[0.0; 3]; 20], &[true; 20]), None);
+        assert_eq!(falling(&[[0.1, 0.0, -1.0]; 20], &(0..20).collect::<Vec<_>>()), Some(UpAxis::Z));
+        assert_eq!(falling(&[[0.1, -1.0, 0.0]; 20], &(0..20).collect::<Vec<_>>()), Some(UpAxis::Y));
+        assert_eq!(falling(&[[-1.0, 0.0, 0.0]; 20], &(0..20).collect::<Vec<_>>()), None);
+        assert_eq!(falling(&[[0.0; 3]; 20], &(0..20).collect::<Vec<_>>()), None);
     }
 
     #[test]
     fn shapes() {
+        let from_shape = |points: &[[f32; 3]], spacing, flat| {
+            from_shape(points, &(0..points.len()).collect::<Vec<_>>(), spacing, flat)
+        };
         // A full layer at the bottom, one splash above.
         let mut splash = block();
         splash.push([5.0, 5.0, 30.0]);

@@ -4,7 +4,7 @@ use meniscus_core::Cancel;
 
 use super::names;
 use crate::Error;
-use crate::frame_data::FrameData;
+use crate::frame_data::{AttributeInfo, FrameData};
 use crate::info::value_counts;
 use crate::scalar::{ToF32, ToF64};
 
@@ -23,6 +23,20 @@ const STILL: f64 = 1e-3;
 /// Share of a group's particles near the faces of its box that makes it a shell.
 const SHELL_SHARE: f64 = 0.9;
 
+/// Whether some attribute may tell kinds of particles apart.
+pub(crate) fn has_kinds(frame: &FrameData) -> bool {
+    kinds(frame).next().is_some()
+}
+
+/// Integer attributes with a name for kinds of particles.
+fn kinds(frame: &FrameData) -> impl Iterator<Item = &AttributeInfo> {
+    names::KIND.iter().filter_map(|name| {
+        let fits =
+            |a: &&AttributeInfo| a.components == 1 && a.ty.is_integer() && a.name.eq_ignore_ascii_case(name);
+        frame.attributes().iter().find(fits)
+    })
+}
+
 /// Looks for walls among the `selected` particles of `frame`. `later`: positions of the same particles at another time.
 pub(crate) fn find(
     frame: &FrameData,
@@ -31,12 +45,7 @@ pub(crate) fn find(
     later: Option<&[[f32; 3]]>,
     cancel: &Cancel,
 ) -> Result<Option<Walls>, Error> {
-    for name in names::KIND {
-        let kind = frame
-            .attributes()
-            .iter()
-            .find(|a| a.components == 1 && a.ty.is_integer() && a.name.eq_ignore_ascii_case(name));
-        let Some(kind) = kind else { continue };
+    for kind in kinds(frame) {
         let values = frame.values(kind, &ToF64, cancel)?;
         let chosen: Vec<f64> =
             values.iter().zip(selected).filter(|(_, selected)| **selected).map(|(value, _)| *value).collect();

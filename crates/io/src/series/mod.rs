@@ -3,6 +3,7 @@
 mod read;
 pub(crate) mod sets;
 mod survey;
+mod view;
 
 use std::path::{Path, PathBuf};
 

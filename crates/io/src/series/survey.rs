@@ -1,16 +1,19 @@
 //! What holds for a whole series, from its first usable frame and, where that says too little, its last.
 
+use std::cell::LazyCell;
+use std::ops::Deref;
 use std::path::PathBuf;
 
-use glam::DVec3;
 use meniscus_core::{
-    Aabb, Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, SeriesSpace, SpacingSource,
+    Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, SeriesSpace, SpacingSource,
 };
 
-use super::sets::{self, SetPlan};
+use super::sets::SetPlan;
+use super::view::View;
+use crate::analysis::spacing::Estimate;
+use crate::analysis::walls::Walls;
 use crate::analysis::{names, spacing, up, walls};
 use crate::discover::TimeStep;
-use crate::frame_data::FrameData;
 use crate::scalar::ToF32;
 use crate::{Error, SeriesOptions};
 
@@ -19,62 +22,6 @@ pub(super) struct Survey {
     pub choices: Vec<Choice>,
     pub flaws: Flaws,
     pub bytes_per_file_byte: f64,
-}
-
-/// A frame with what the survey looks at.
-struct View {
-    frame: FrameData,
-    origin: DVec3,
-    positions: Vec<[f32; 3]>,
-    /// Points of the default set with finite coordinates.
-    water: Vec<bool>,
-}
-
-impl View {
-    fn open(step: &TimeStep, plans: &[SetPlan], cancel: &Cancel) -> Result<Self, Error> {
-        let frame = FrameData::open(step, cancel)?;
-        let mut positions = frame.positions([0.0; 3], cancel)?;
-        let bounds = Aabb::of_points(positions.iter().filter(|p| is_finite(p)));
-        let origin = rounded_centre(bounds);
-        // Where the rounding to f32 would eat into the estimates, the origin is subtracted before it, as for drawing.
-        if origin.abs().max_element() > f64::from(bounds.extent().max_element()) {
-            positions = frame.positions(origin.to_array(), cancel)?;
-        } else {
-            let shift = origin.as_vec3().to_array();
-            positions.iter_mut().for_each(|p| (0..3).for_each(|axis| p[axis] -= shift[axis]));
-        }
-        let assigned = sets::assign(plans, &frame, cancel)?;
-        let is_water = |i: usize| assigned.as_ref().is_none_or(|sets| sets[i] == 0);
-        let water = positions.iter().enumerate().map(|(i, p)| is_finite(p) && is_water(i)).collect();
-        Ok(Self { frame, origin, positions, water })
-    }
-
-    fn is_empty(&self) -> bool {
-        !self.positions.iter().any(is_finite)
-    }
-}
-
-fn is_finite(point: &[f32; 3]) -> bool {
-    point.iter().all(|c| c.is_finite())
-}
-
-/// The centre of `bounds` (file space), rounded to a tenth of the extent's power of ten, so that it is a short number.
-fn rounded_centre(bounds: Aabb) -> DVec3 {
-    if bounds.is_empty() {
-        return DVec3::ZERO;
-    }
-    let extent = f64::from(bounds.extent().max_element());
-    let exponent = if extent > 0.0 { extent.log10().floor() as i32 - 1 } else { 0 };
-    // Multiplying by a whole power of ten and dividing by it again gives the double nearest to the short decimal.
-    let scale = 10_f64.powi(exponent.abs());
-    let round = |c: f32| {
-        let c = f64::from(c);
-        if exponent >= 0 { (c / scale).round() * scale } else { (c * scale).round() / scale }
-    };
-    let centre = (bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5;
-    let rounded = DVec3::from_array(centre.to_array().map(|c| round(c as f32)));
-    // Near zero a negative sign would only be noise.
-    rounded + 0.0
 }
 
 pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
@@ -89,31 +36,35 @@ pub(super) fn survey(
     let cancel = Cancel::default();
     let mut flaws = Flaws::default();
     let (view, index) = first_view(steps, plans, &mut flaws, &cancel)?;
-    let last = later_view(steps, index, plans, &cancel);
+    // The last frame is only read where the first says too little. Its own errors are met again when it is drawn.
+    let last = LazyCell::new(|| {
+        let mut later = steps.iter().skip(index + 1).rev();
+        later.find_map(|step| View::open(step, plans, &cancel).ok().filter(|view| !view.is_empty()))
+    });
     let mut choices = Vec::new();
     describe_parts(&view, &mut choices, &cancel);
-
-    let flat_axis = flat_axis(&view);
+    let flat_axis = view.flat_axis();
     if let Some(axis) = flat_axis {
         flaws.add(Flaw::Planar { axis: ['x', 'y', 'z'][axis] });
     }
-    let same_particles = last.as_ref().filter(|last| last.positions.len() == view.positions.len());
-    let moved = same_particles.map(|last| shifted(&last.positions, last.origin - view.origin));
-    let walls = walls::find(&view.frame, &view.positions, &view.water, moved.as_deref(), &cancel)?;
-    let is_liquid = |i: usize| view.water[i] && walls.as_ref().is_none_or(|walls| !walls.members[i]);
-    let liquid: Vec<bool> = (0..view.positions.len()).map(is_liquid).collect();
+    let walls = find_walls(&view, &last, &cancel)?;
     if let Some(walls) = &walls {
         flaws.add(Flaw::WallsDrawnAsWater { flag: walls.flag.clone() });
     }
-    let points: Vec<[f32; 3]> = members(&view.positions, &liquid);
-
-    let (spacing, spacing_source) =
-        choose_spacing(&view, &liquid, &points, flat_axis, options, &mut choices, &mut flaws, &cancel)?;
+    let members = walls.as_ref().map(|walls| walls.members.as_slice());
+    let sample = view.sample(members);
+    let (spacing, spacing_source) = match options.spacing {
+        Some(spacing) => (spacing, SpacingSource::User),
+        None => {
+            let estimate = spacing::estimate(&view.liquid(members), flat_axis);
+            choose_spacing(&view, &sample, estimate, flat_axis, &mut choices, &mut flaws, &cancel)?
+        }
+    };
     let (radius, radius_choice) = choose_radius(spacing, options, &mut choices);
     let up = match options.up {
         Some(axis) => axis,
         None => {
-            let guess = guess_up(&view, last.as_ref(), &liquid, &points, spacing as f32, flat_axis, &cancel)?;
+            let guess = guess_up(&view, &last, &sample, spacing as f32, flat_axis, &cancel)?;
             choices.push(choice("up axis", guess.axis.letter().to_string(), guess.reason, "--up"));
             guess.axis
         }
@@ -137,6 +88,21 @@ pub(super) fn survey(
         choices,
         flaws,
     })
+}
+
+/// Walls among the default set. Where there are kinds of particles, the last frame tells which of them move.
+fn find_walls(
+    view: &View,
+    last: &impl Deref<Target = Option<View>>,
+    cancel: &Cancel,
+) -> Result<Option<Walls>, Error> {
+    if !walls::has_kinds(&view.frame) {
+        return Ok(None);
+    }
+    let selected: Vec<bool> = (0..view.positions.len()).map(|i| view.is_water(i)).collect();
+    let same_particles = last.as_ref().filter(|last| last.positions.len() == view.positions.len());
+    let later = same_particles.map(|last| last.positions_from(view.origin));
+    walls::find(&view.frame, &view.positions, &selected, later.as_deref(), cancel)
 }
 
 fn choice(what: &str, value: String, reason: String, flag: &str) -> Choice {
@@ -170,12 +136,6 @@ fn first_view(
     }
 }
 
-/// The last readable frame behind `index`; its own error is met again when it is drawn.
-fn later_view(steps: &[TimeStep], index: usize, plans: &[SetPlan], cancel: &Cancel) -> Option<View> {
-    let mut later = steps.iter().skip(index + 1).rev();
-    later.find_map(|step| View::open(step, plans, cancel).ok().filter(|view| !view.is_empty()))
-}
-
 fn describe_parts(view: &View, choices: &mut Vec<Choice>, cancel: &Cancel) {
     // Cells that cannot be read do not matter to particles.
     if view.frame.is_mesh(cancel).unwrap_or(false) {
@@ -194,45 +154,21 @@ fn describe_parts(view: &View, choices: &mut Vec<Choice>, cancel: &Cancel) {
     }
 }
 
-/// The axis along which all finite points of the whole frame lie in one plane.
-fn flat_axis(view: &View) -> Option<usize> {
-    let bounds = Aabb::of_points(view.positions.iter().filter(|p| is_finite(p)));
-    let extent = bounds.extent();
-    let flat = (0..3).find(|&axis| extent[axis] <= 1e-6 * extent.max_element());
-    // A point or a line has no plane.
-    flat.filter(|&axis| (0..3).filter(|&other| other != axis).all(|other| extent[other] > 0.0))
-}
-
-fn shifted(positions: &[[f32; 3]], shift: DVec3) -> Vec<[f32; 3]> {
-    let shift = shift.as_vec3().to_array();
-    positions.iter().map(|p| std::array::from_fn(|axis| p[axis] + shift[axis])).collect()
-}
-
-fn members<T: Copy>(values: &[T], chosen: &[bool]) -> Vec<T> {
-    values.iter().zip(chosen).filter(|(_, chosen)| **chosen).map(|(value, _)| *value).collect()
-}
-
-#[expect(clippy::too_many_arguments, reason = "reads the survey's state and writes two lists")]
 fn choose_spacing(
     view: &View,
-    liquid: &[bool],
-    points: &[[f32; 3]],
+    sample: &[usize],
+    estimate: Estimate,
     flat_axis: Option<usize>,
-    options: &SeriesOptions,
     choices: &mut Vec<Choice>,
     flaws: &mut Flaws,
     cancel: &Cancel,
 ) -> Result<(f64, SpacingSource), Error> {
-    if let Some(spacing) = options.spacing {
-        return Ok((spacing, SpacingSource::User));
-    }
-    let estimate = spacing::estimate(points, flat_axis);
     let dimensions = if flat_axis.is_some() { 2.0 } else { 3.0 };
-    if let Some(spacing) = from_mass(view, liquid, dimensions, cancel)? {
+    if let Some(spacing) = from_mass(view, sample, dimensions, cancel)? {
         // Mass in another unit than density and coordinates would be off by a power of ten.
         let plausible = (spacing / estimate.spacing - 1.0).abs() < 0.2;
         if plausible || estimate.doubt.is_some() {
-            let reason = "(median mass / rest density)^(1/d)".into();
+            let reason = "from the median mass and a rest density, the upper quartile of the density".into();
             choices.push(choice("spacing", format!("{spacing:.6}"), reason, "--spacing"));
             return Ok((spacing, SpacingSource::MassAndDensity));
         }
@@ -247,13 +183,14 @@ fn choose_spacing(
 
 /// Spacing from mass and density where the file has both. The rest density is the upper quartile over all particles: a
 /// particle's own density falls to a third at a free surface.
-fn from_mass(view: &View, liquid: &[bool], dimensions: f64, cancel: &Cancel) -> Result<Option<f64>, Error> {
+fn from_mass(view: &View, sample: &[usize], dimensions: f64, cancel: &Cancel) -> Result<Option<f64>, Error> {
     let mass = names::find(&view.frame, names::MASS, 1);
     let density = names::find(&view.frame, names::DENSITY, 1);
     let (Some(mass), Some(density)) = (mass, density) else { return Ok(None) };
     let quantile = |attribute, q: f64| -> Result<Option<f64>, Error> {
-        let mut values = members(&view.frame.values(attribute, &ToF32, cancel)?, liquid);
-        values.retain(|v| v.is_finite() && *v > 0.0);
+        let values = view.frame.values(attribute, &ToF32, cancel)?;
+        let positive = |v: &f32| v.is_finite() && *v > 0.0;
+        let mut values: Vec<f32> = sample.iter().map(|&i| values[i]).filter(positive).collect();
         values.sort_by(f32::total_cmp);
         let index = ((values.len().max(1) - 1) as f64 * q) as usize;
         Ok(values.get(index).map(|v| f64::from(*v)))
@@ -276,27 +213,26 @@ fn choose_radius(spacing: f64, options: &SeriesOptions, choices: &mut Vec<Choice
 
 fn guess_up(
     first: &View,
-    last: Option<&View>,
-    liquid: &[bool],
-    points: &[[f32; 3]],
+    last: &impl Deref<Target = Option<View>>,
+    sample: &[usize],
     spacing: f32,
     flat_axis: Option<usize>,
     cancel: &Cancel,
 ) -> Result<up::Guess, Error> {
-    if flat_axis.is_none() {
-        if let Some(guess) = up::from_attributes(&first.frame, &first.positions, liquid, cancel)? {
-            return Ok(guess);
-        }
-        if let Some(last) = last
-            && let Some(guess) = up::from_attributes(&last.frame, &last.positions, &last.water, cancel)?
-        {
-            return Ok(guess);
-        }
+    if flat_axis.is_none()
+        && let Some(guess) = up::from_attributes(&first.frame, &first.positions, sample, cancel)?
+    {
+        return Ok(guess);
     }
-    // Splashes are in the last frame rather than in the first.
-    let shape = match last {
-        Some(last) => up::from_shape(&members(&last.positions, &last.water), spacing, flat_axis),
-        None => up::from_shape(points, spacing, flat_axis),
+    // At the start pressure and velocity are often zero, and there are no splashes.
+    let Some(last) = last.as_ref() else {
+        return Ok(up::from_shape(&first.positions, sample, spacing, flat_axis));
     };
-    Ok(shape)
+    let sample = last.sample(None);
+    if flat_axis.is_none()
+        && let Some(guess) = up::from_attributes(&last.frame, &last.positions, &sample, cancel)?
+    {
+        return Ok(guess);
+    }
+    Ok(up::from_shape(&last.positions, &sample, spacing, flat_axis))
 }

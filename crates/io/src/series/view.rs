@@ -1,0 +1,134 @@
+//! A frame as the survey looks at it.
+
+use std::borrow::Cow;
+
+use glam::{DVec3, Vec3};
+use meniscus_core::{Aabb, Cancel};
+use rayon::prelude::*;
+
+use super::sets::{self, SetPlan};
+use crate::Error;
+use crate::discover::TimeStep;
+use crate::frame_data::FrameData;
+
+/// Particles at which trends over the whole liquid are looked at.
+const SAMPLES: usize = 1 << 16;
+
+/// A frame and its positions near zero.
+pub(super) struct View {
+    pub frame: FrameData,
+    /// A short number near the middle; what `positions` are relative to.
+    pub origin: DVec3,
+    pub positions: Vec<[f32; 3]>,
+    /// Box around the finite positions.
+    pub bounds: Aabb,
+    all_finite: bool,
+    /// The set of every point; `None` when all are in the default set.
+    sets: Option<Vec<u8>>,
+}
+
+impl View {
+    pub fn open(step: &TimeStep, plans: &[SetPlan], cancel: &Cancel) -> Result<Self, Error> {
+        let frame = FrameData::open(step, cancel)?;
+        let mut positions = frame.positions([0.0; 3], cancel)?;
+        let in_file = finite_bounds(&positions).0;
+        let origin = rounded_centre(in_file);
+        // Where the rounding to f32 would eat into the estimates, the origin is subtracted before it, as for drawing.
+        if origin.abs().max_element() > f64::from(in_file.extent().max_element()) {
+            positions = frame.positions(origin.to_array(), cancel)?;
+        } else {
+            let shift = origin.as_vec3();
+            positions.par_iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
+        }
+        let (bounds, all_finite) = finite_bounds(&positions);
+        let sets = sets::assign(plans, &frame, cancel)?;
+        Ok(Self { frame, origin, positions, bounds, all_finite, sets })
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.bounds.is_empty()
+    }
+
+    /// Whether point `i` is in the default set and finite.
+    pub fn is_water(&self, i: usize) -> bool {
+        is_finite(&self.positions[i]) && self.sets.as_ref().is_none_or(|sets| sets[i] == 0)
+    }
+
+    /// The positions of the default set without those that `left_out` marks.
+    pub fn liquid(&self, left_out: Option<&[bool]>) -> Cow<'_, [[f32; 3]]> {
+        if self.all_finite && self.sets.is_none() && left_out.is_none() {
+            return Cow::Borrowed(&self.positions);
+        }
+        let is_in = |i: &usize| self.is_water(*i) && left_out.is_none_or(|left_out| !left_out[*i]);
+        (0..self.positions.len()).filter(is_in).map(|i| self.positions[i]).collect()
+    }
+
+    /// Indices of particles of the default set, evenly spread over the file, without those that `left_out` marks.
+    pub fn sample(&self, left_out: Option<&[bool]>) -> Vec<usize> {
+        // An odd step does not stay on one plane of a lattice, whose rows mostly have even lengths.
+        let step = (self.positions.len() / SAMPLES) | 1;
+        let is_in = |i: &usize| self.is_water(*i) && left_out.is_none_or(|left_out| !left_out[*i]);
+        (0..self.positions.len()).step_by(step).filter(is_in).collect()
+    }
+
+    /// The axis along which all finite points lie in one plane.
+    pub fn flat_axis(&self) -> Option<usize> {
+        let extent = self.bounds.extent();
+        let flat = (0..3).find(|&axis| extent[axis] <= 1e-6 * extent.max_element());
+        // A point or a line has no plane.
+        flat.filter(|&axis| (0..3).filter(|&other| other != axis).all(|other| extent[other] > 0.0))
+    }
+
+    /// The positions relative to `origin` instead.
+    pub fn positions_from(&self, origin: DVec3) -> Vec<[f32; 3]> {
+        let shift = (self.origin - origin).as_vec3();
+        self.positions.par_iter().map(|&p| (Vec3::from(p) + shift).to_array()).collect()
+    }
+}
+
+fn is_finite(point: &[f32; 3]) -> bool {
+    point.iter().all(|c| c.is_finite())
+}
+
+/// The box around the finite ones of `points`, and whether all are.
+fn finite_bounds(points: &[[f32; 3]]) -> (Aabb, bool) {
+    let of_piece = |piece: &[[f32; 3]]| {
+        piece.iter().fold((Aabb::EMPTY, true), |(bounds, all), point| {
+            if is_finite(point) { (bounds.with_point((*point).into()), all) } else { (bounds, false) }
+        })
+    };
+    let none = || (Aabb::EMPTY, true);
+    points.par_chunks(1 << 14).map(of_piece).reduce(none, |a, b| (a.0.union(b.0), a.1 && b.1))
+}
+
+/// The centre of `bounds` (file space), rounded to a tenth of the extent's power of ten, so that it is a short number.
+fn rounded_centre(bounds: Aabb) -> DVec3 {
+    if bounds.is_empty() {
+        return DVec3::ZERO;
+    }
+    let extent = f64::from(bounds.extent().max_element());
+    let exponent = if extent > 0.0 { extent.log10().floor() as i32 - 1 } else { 0 };
+    // Multiplying by a whole power of ten and dividing by it again gives the double nearest to the short decimal.
+    let scale = 10_f64.powi(exponent.abs());
+    let round = |c: f64| {
+        if exponent >= 0 { (c / scale).round() * scale } else { (c * scale).round() / scale }
+    };
+    let centre = (bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5;
+    // Adding zero turns -0 into 0.
+    DVec3::from_array(centre.to_array().map(round)) + 0.0
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn origins_are_short_numbers() {
+        let origin = |min: [f32; 3], max: [f32; 3]| {
+            rounded_centre(Aabb { min: min.into(), max: max.into() }).to_array()
+        };
+        assert_eq!(origin([5e5, 3.4e6, -3.0], [5.01e5, 3.402e6, 9.0]), [500_500.0, 3_401_000.0, 0.0]);
+        assert_eq!(origin([-0.1, 0.0, 0.013], [0.1, 0.24, 0.013]), [0.0, 0.12, 0.01]);
+        assert_eq!(origin([1.0; 3], [1.0; 3]), [1.0; 3]);
+    }
+}
