@@ -20,8 +20,9 @@ struct Fluid {
     alpha: f32,
     spray: f32,
     spacing_world: f32,
-    pad0: f32,
-    pad1: f32,
+    // 1 / world unit: sunlight that the water bends away, on top of what it absorbs.
+    shadow_extinction: f32,
+    pad_a: f32,
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -32,13 +33,18 @@ struct Fluid {
 @group(0) @binding(5) var<storage, read> normals: array<u32>;
 @group(0) @binding(6) var scene_color: texture_2d<f32>;
 @group(0) @binding(7) var scene_distance: texture_2d<f32>;
-@group(0) @binding(8) var<storage, read_write> radiance: array<vec4<f32>>;
+// One value per block of pixels.
+@group(0) @binding(8) var<storage, read> sun_paths: array<f32>;
+@group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
 
 // Steps of the march along the refracted ray, and of the false position that refines it.
 const MARCH_STEPS: i32 = 4;
 const REFINE_STEPS: i32 = 2;
 // Most that a refracted path may exceed the thickness along the view ray.
 const MIN_PATH_COSINE: f32 = 0.3;
+
+// Pixels per side of a block of `sun_paths`.
+const BLOCK_PX: f32 = 4.0;
 
 fn inside(px: vec2<f32>) -> bool {
     return all(px >= vec2(0.0)) && all(px < vec2<f32>(camera.size_px));
@@ -133,6 +139,33 @@ fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
     return (camera.world_from_view * vec4(direction_view, 0.0)).xyz;
 }
 
+// Length of water between the scene seen at `px` and the sun, bilinear.
+fn sun_path(px: vec2<f32>) -> f32 {
+    let size = vec2<i32>((camera.size_px + 3u) / 4u);
+    let corner = px / BLOCK_PX - 0.5;
+    let base = floor(corner);
+    let f = corner - base;
+    let low = clamp(vec2<i32>(base), vec2(0), size - 1);
+    let high = clamp(vec2<i32>(base) + 1, vec2(0), size - 1);
+    let top = mix(sun_paths[low.y * size.x + low.x], sun_paths[low.y * size.x + high.x], f.x);
+    let bottom = mix(sun_paths[high.y * size.x + low.x], sun_paths[high.y * size.x + high.x], f.x);
+    return mix(top, bottom, f.y);
+}
+
+// What the water between scene and sun leaves of the light on the scene seen at `px`. The scene was lit by sun and sky
+// together; the sun's share is taken as that on level ground.
+fn shadow(px: vec2<f32>) -> vec3<f32> {
+    let path = sun_path(px);
+    if path <= 0.0 {
+        return vec3(1.0);
+    }
+    let sky = surroundings.sky;
+    let sun = sky.sun_irradiance * max(dot(sky.sun_direction, sky.up), 0.0);
+    let share = sun / max(sun + sky.irradiance_up, vec3(1e-30));
+    let extinction = fluid.absorption + fluid.scattering + fluid.shadow_extinction;
+    return 1.0 - share * (1.0 - exp2(-1.44269504 * extinction * path));
+}
+
 // Light that comes through the water: the refracted background, absorbed, and what the water scatters itself.
 fn transmitted(pixel: vec2<u32>, water: WaterPoint, thickness: f32) -> vec3<f32> {
     let incident = -water.to_eye_view;
@@ -154,6 +187,7 @@ fn transmitted(pixel: vec2<u32>, water: WaterPoint, thickness: f32) -> vec3<f32>
         } else {
             behind = textureLoad(scene_color, vec2<i32>(pixel), 0).rgb;
         }
+        behind *= shadow(px);
     } else {
         // Outside of the picture the objects are unknown, floor and sky are not.
         let exit_world = (camera.world_from_view * vec4(exit_view, 1.0)).xyz;
@@ -170,7 +204,8 @@ fn transmitted(pixel: vec2<u32>, water: WaterPoint, thickness: f32) -> vec3<f32>
     return transmittance * behind + albedo * (1.0 - transmittance) * light;
 }
 
-fn shade(pixel: vec2<u32>, scene: vec4<f32>, distance: f32, thickness: f32, normal_bits: u32) -> vec4<f32> {
+// Radiance of a pixel that is all water.
+fn shade(pixel: vec2<u32>, distance: f32, thickness: f32, normal_bits: u32) -> vec3<f32> {
     let water = water_point(camera, pixel, distance, normal_bits);
     let sky = surroundings.sky;
     let spread = normal_spread(pixel, water.normal_view);
@@ -202,18 +237,15 @@ fn shade(pixel: vec2<u32>, scene: vec4<f32>, distance: f32, thickness: f32, norm
     let through = transmitted(pixel, water, thickness);
     var color = mix(through, environment, fresnel) + min(glint, vec3(40.0));
 
-    // Thin and strongly curved is spray: many small drops scatter like a white diffuser.
+    // Thin and strongly curved is spray: many small drops scatter like a white diffuser. The cosine takes back the turning
+    // that is only foreshortening, at silhouettes.
     let per_spacing = fluid.spacing_world / px_world;
-    let turn = sqrt(spread) * per_spacing;
-    let thin = exp2(-thickness / (1.5 * max(fluid.spacing_world, 1e-30)));
-    let white = fluid.spray * thin * smoothstep(0.5, 2.0, turn);
+    let turn = sqrt(spread) * per_spacing * water.n_v;
+    let thin = exp2(-thickness / (3.0 * max(fluid.spacing_world, 1e-30)));
+    let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
     let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
     let diffuse = mix(sky.irradiance_down, sky.irradiance_up, facing_up) + (0.5 + 0.5 * n_l) * sky.sun_irradiance;
-    color = mix(color, diffuse / PI, white);
-
-    // Less than a fraction of a particle is a soft edge, not water.
-    let coverage = smoothstep(0.0, max(0.2 * fluid.spacing_world, 1e-30), thickness);
-    return vec4(mix(scene.rgb, color, coverage), max(scene.a, coverage));
+    return mix(color, diffuse / PI, white);
 }
 
 @compute @workgroup_size(8, 8)
@@ -222,12 +254,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let index = id.y * camera.size_px.x + id.x;
-    let scene = textureLoad(scene_color, id.xy, 0);
+    var scene = textureLoad(scene_color, id.xy, 0);
+    let reach = textureLoad(scene_distance, id.xy, 0).x;
     let distance = distances[index];
     let thickness = thicknesses[index];
-    if is_empty(distance) || thickness <= 0.0 || distance >= textureLoad(scene_distance, id.xy, 0).x {
+    let wet = !is_empty(distance) && thickness > 0.0 && distance < reach;
+    let coverage = select(0.0, smoothstep(0.0, max(0.2 * fluid.spacing_world, 1e-30), thickness), wet);
+    if coverage < 1.0 {
+        scene *= vec4(shadow(vec2<f32>(id.xy) + 0.5), 1.0);
+    }
+    if !wet {
         radiance[index] = scene;
         return;
     }
-    radiance[index] = shade(id.xy, scene, distance, thickness, normals[index]);
+    let water = shade(id.xy, distance, thickness, normals[index]);
+    // Less than a fraction of a particle is a soft edge, not water.
+    radiance[index] = mix(scene, vec4(water, 1.0), coverage);
 }

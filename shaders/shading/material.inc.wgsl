@@ -60,7 +60,7 @@ fn pattern_tone(pattern: u32, p: vec2<f32>, footprint: vec2<f32>) -> f32 {
         // Integers are joints: the tile is the cell between them.
         let tone = (cell_hash(floor(p)) - 0.5) * clamp(1.25 - wide, 0.0, 1.0);
         let cloud = noise(p * 5.3, wide * 5.3);
-        return (1.0 + 0.14 * tone + 0.035 * cloud) * mix(1.0, 0.52, joint);
+        return (1.0 + 0.09 * tone + 0.035 * cloud) * mix(1.0, 0.52, joint);
     }
     if pattern == PATTERN_CONCRETE {
         let joint = 1.0 - (1.0 - joint_coverage(p.x, footprint.x, 0.006)) * (1.0 - joint_coverage(p.y, footprint.y, 0.006));

@@ -29,8 +29,8 @@ pub struct Sky {
 impl Default for Sky {
     fn default() -> Self {
         Self {
-            zenith: [0.10, 0.235, 0.56],
-            horizon: [0.66, 0.78, 0.92],
+            zenith: [0.075, 0.17, 0.40],
+            horizon: [0.50, 0.60, 0.71],
             ground: [0.30, 0.29, 0.27],
             glow: 1.0,
         }
@@ -82,7 +82,7 @@ impl Scene {
     /// Sun's elevation of the automatic scene.
     pub(crate) const SUN_ELEVATION_DEG: f32 = 43.0;
     /// Irradiance of the automatic sun: 43 degrees high, slightly warm.
-    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [2.95, 2.78, 2.50];
+    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [3.30, 3.05, 2.65];
 
     /// The automatic scene for particles with centres in `bounds` (world) and the given `spacing` (world): a tiled floor that
     /// touches the lowest particles' cells, half a spacing below their centres, under a clear sky with the sun behind the

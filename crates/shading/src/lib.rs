@@ -11,6 +11,7 @@ mod opaque;
 mod registry;
 mod surroundings;
 pub mod twin;
+mod water_shadow;
 
 pub use error::ShadingError;
 pub use model::{LightingInputs, LightingModel, LightingPass, Parameters, WaterScale};
@@ -18,6 +19,7 @@ pub use models::{Fluid, FluidParameters};
 pub use opaque::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
 pub use surroundings::{MaterialUniform, SkyUniform, Surroundings};
+pub use water_shadow::{SunPath, WaterShadow};
 
 use meniscus_gpu::{Shader, shader};
 

@@ -2,7 +2,7 @@ use meniscus_gpu::role::{EyeDistance, Radiance, SceneColor, SceneDistance, Thick
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
-use crate::{ShadingError, Surroundings};
+use crate::{ShadingError, SunPath, Surroundings};
 
 /// A model's parameters as JSON: what flags, files and panels deal in.
 pub type Parameters = serde_json::Map<String, serde_json::Value>;
@@ -16,7 +16,7 @@ pub struct WaterScale {
     pub spacing_world: f32,
 }
 
-/// What a lighting model reads. All images have the camera's size.
+/// What a lighting model reads. All images but `sun_path` have the camera's size.
 #[derive(Clone, Copy, Debug)]
 pub struct LightingInputs<'a> {
     /// The camera that everything was drawn with.
@@ -35,6 +35,8 @@ pub struct LightingInputs<'a> {
     pub scene_color: &'a Texture<SceneColor>,
     /// Its distance.
     pub scene_distance: &'a Texture<SceneDistance>,
+    /// Length of water between scene and sun, from [`WaterShadow`](crate::WaterShadow); zeros for no shadow.
+    pub sun_path: &'a Image<SunPath>,
 }
 
 /// A way to shade water, with its parameters: a plain value without GPU resources.

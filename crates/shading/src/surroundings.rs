@@ -102,7 +102,7 @@ pub struct Surroundings {
 
 impl Surroundings {
     /// Haze takes over at this many sizes of the data: beyond what is looked at, near enough to hide the horizon's edge.
-    const HAZE_SIZES: f32 = 9.0;
+    const HAZE_SIZES: f32 = 40.0;
 
     /// The uniform of `scene`.
     pub fn new(scene: &Scene) -> Self {

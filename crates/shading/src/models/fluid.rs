@@ -9,7 +9,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::twin::{TwinInput, fluid};
-use crate::{INCLUDES, LightingInputs, LightingModel, LightingPass, Parameters, ShadingError, WaterScale};
+use crate::{
+    INCLUDES, LightingInputs, LightingModel, LightingPass, Parameters, ShadingError, Surroundings, WaterScale,
+};
 
 const SHADER: Shader = shader!("shading/fluid");
 
@@ -44,6 +46,10 @@ pub struct FluidParameters {
     /// Perceptual roughness of the calm surface, 0.01 to 1: width of the sun's reflection.
     #[schemars(range(min = 0.01, max = 1.0))]
     pub roughness: f32,
+    /// Optical depth of the shadow that the water throws, over the same depth and on top of its absorption, 0 to 1000: the
+    /// light that the surface bends elsewhere.
+    #[schemars(range(min = 0.0, max = 1000.0))]
+    pub shadow: f32,
     /// Whiteness of thin, strongly curved water, 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub spray: f32,
@@ -60,6 +66,7 @@ impl Default for FluidParameters {
             attenuation_depth: None,
             turbidity: 0.12,
             roughness: 0.22,
+            shadow: 0.3,
             spray: 0.6,
         }
     }
@@ -83,6 +90,7 @@ impl FluidParameters {
             ("attenuation_depth", self.attenuation_depth.unwrap_or(1.0), 1e-30..=1e30, "a positive length"),
             ("turbidity", self.turbidity, 0.0..=1e3, "0 to 1000"),
             ("roughness", self.roughness, 0.01..=1.0, "0.01 to 1"),
+            ("shadow", self.shadow, 0.0..=1e3, "0 to 1000"),
             ("spray", self.spray, 0.0..=1.0, "0 to 1"),
         ] {
             if !range.contains(&found) {
@@ -105,8 +113,8 @@ pub(crate) struct FluidUniform {
     pub alpha: f32,
     pub spray: f32,
     pub spacing_world: f32,
-    pub pad0: f32,
-    pub pad1: f32,
+    pub shadow_extinction: f32,
+    pub pad_a: f32,
 }
 
 impl FluidUniform {
@@ -125,8 +133,8 @@ impl FluidUniform {
             alpha: parameters.roughness * parameters.roughness,
             spray: parameters.spray,
             spacing_world: if scale.spacing_world.is_finite() { scale.spacing_world.max(0.0) } else { 0.0 },
-            pad0: 0.0,
-            pad1: 0.0,
+            shadow_extinction: parameters.shadow * per_world,
+            pad_a: 0.0,
         }
     }
 }
@@ -142,8 +150,8 @@ impl HostStruct for FluidUniform {
         alpha,
         spray,
         spacing_world,
-        pad0,
-        pad1,
+        shadow_extinction,
+        pad_a,
     });
 }
 
@@ -221,15 +229,17 @@ impl LightingPass for FluidPass {
         inputs: &LightingInputs<'_>,
         output: &Image<Radiance>,
     ) {
+        let uniform = FluidUniform::new(&self.model.parameters, inputs.scale);
         let bindings = [
             ("camera", recorder.uniform(inputs.camera)),
             ("surroundings", recorder.uniform(inputs.surroundings)),
-            ("fluid", recorder.uniform(&FluidUniform::new(&self.model.parameters, inputs.scale))),
+            ("fluid", recorder.uniform(&uniform)),
             ("distances", inputs.distance.bind()),
             ("thicknesses", inputs.thickness.bind()),
             ("normals", inputs.normal.bind()),
             ("scene_color", inputs.scene_color.bind()),
             ("scene_distance", inputs.scene_distance.bind()),
+            ("sun_paths", inputs.sun_path.bind()),
             ("radiance", output.bind()),
         ];
         let size = Dispatch::Pixels(inputs.camera.size_px);
@@ -269,6 +279,7 @@ mod tests {
             let scale = WaterScale { depth_world: depth, spacing_world: f32::NAN };
             let uniform = FluidUniform::new(&FluidParameters::default(), scale);
             assert_eq!((uniform.absorption, uniform.scattering, uniform.spacing_world), ([0.0; 3], 0.0, 0.0));
+            assert_eq!(uniform.shadow_extinction, 0.0);
         }
     }
 }

@@ -10,6 +10,7 @@ use super::view::{
     is_empty, point_to_world, project_px, px_per_world, to_world, towards_eye, unpack_normal, view_position,
 };
 use super::{TwinInput, mix, smoothstep};
+use crate::WaterShadow;
 use crate::models::FluidUniform;
 
 const MARCH_STEPS: i32 = 4;
@@ -130,6 +131,31 @@ fn normal_spread(input: &TwinInput<'_>, pixel: [u32; 2], normal_view: Vec3) -> f
     0.25 * sum
 }
 
+fn sun_path(input: &TwinInput<'_>, px: Vec2) -> f32 {
+    let size = WaterShadow::size_blocks(input.camera.size_px);
+    let last = IVec2::new(size[0] as i32, size[1] as i32) - 1;
+    let corner = px / WaterShadow::BLOCK_PX as f32 - 0.5;
+    let base = corner.floor();
+    let f = corner - base;
+    let low = base.as_ivec2().clamp(IVec2::ZERO, last);
+    let high = (base.as_ivec2() + 1).clamp(IVec2::ZERO, last);
+    let at = |x: i32, y: i32| input.sun_path[y as usize * size[0] as usize + x as usize];
+    let row = |y: i32| at(low.x, y) * (1.0 - f.x) + at(high.x, y) * f.x;
+    row(low.y) * (1.0 - f.y) + row(high.y) * f.y
+}
+
+fn shadow(fluid: &FluidUniform, input: &TwinInput<'_>, px: Vec2) -> Vec3 {
+    let path = sun_path(input, px);
+    if path <= 0.0 {
+        return Vec3::ONE;
+    }
+    let sky = &input.surroundings.sky;
+    let sun = Vec3::from(sky.sun_irradiance) * Vec3::from(sky.sun_direction).dot(sky.up.into()).max(0.0);
+    let share = sun / (sun + Vec3::from(sky.irradiance_up)).max(Vec3::splat(1e-30));
+    let extinction = Vec3::from(fluid.absorption) + fluid.scattering + fluid.shadow_extinction;
+    1.0 - share * (1.0 - (-LOG2_E * extinction * path).map(f32::exp2))
+}
+
 fn transmitted(
     fluid: &FluidUniform,
     input: &TwinInput<'_>,
@@ -148,7 +174,8 @@ fn transmitted(
     let px = project_px(camera, exit_view);
     let behind = if input.inside(px) {
         let unbent = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
-        background(input, px, water.distance).unwrap_or_else(|| input.scene_rgb(unbent))
+        let color = background(input, px, water.distance).unwrap_or_else(|| input.scene_rgb(unbent));
+        color * shadow(fluid, input, px)
     } else {
         let onwards = if camera.orthographic != 0 { Vec3::NEG_Z } else { exit_view.normalize() };
         let cone = Cone { width_world: 1.0 / px_per_world(camera, water.distance), growth: 0.0 };
@@ -167,13 +194,33 @@ fn transmitted(
 
 /// Radiance and coverage of `pixel`.
 pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
-    let (camera, sky) = (input.camera, &input.surroundings.sky);
     let index = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
-    let scene = Vec4::from(input.scene_color[index]);
+    let mut scene = Vec4::from(input.scene_color[index]);
+    let reach = input.scene_distance[index];
     let (distance, thickness) = (input.distance[index], input.thickness[index]);
-    if is_empty(distance) || thickness <= 0.0 || distance >= input.scene_distance[index] {
+    let wet = !is_empty(distance) && thickness > 0.0 && distance < reach;
+    let edge = (0.2 * fluid.spacing_world).max(1e-30);
+    let coverage = if wet { smoothstep(0.0, edge, thickness) } else { 0.0 };
+    if coverage < 1.0 {
+        let center = Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5;
+        scene *= shadow(fluid, input, center).extend(1.0);
+    }
+    if !wet {
         return scene.to_array();
     }
+    let water = shade(fluid, input, pixel, distance, thickness).extend(1.0);
+    (scene * (1.0 - coverage) + water * coverage).to_array()
+}
+
+fn shade(
+    fluid: &FluidUniform,
+    input: &TwinInput<'_>,
+    pixel: [u32; 2],
+    distance: f32,
+    thickness: f32,
+) -> Vec3 {
+    let (camera, sky) = (input.camera, &input.surroundings.sky);
+    let index = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
     let water = water_point(input, pixel, distance, input.normal[index]);
     let spread = normal_spread(input, pixel, water.normal_view);
     let normal = to_world(camera, water.normal_view);
@@ -202,16 +249,13 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     let reflectance = fresnel_dielectric(water.n_v, fluid.refractive_index);
     let reflectance = reflectance + (1.0 - reflectance) * fluid.additional_reflection;
     let through = transmitted(fluid, input, pixel, &water, thickness);
-    let mut color = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
+    let color = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
 
-    let turn = spread.sqrt() * (fluid.spacing_world / px_world);
-    let thin = (-thickness / (1.5 * fluid.spacing_world.max(1e-30))).exp2();
-    let white = fluid.spray * thin * smoothstep(0.5, 2.0, turn);
+    let turn = spread.sqrt() * (fluid.spacing_world / px_world) * water.n_v;
+    let thin = (-thickness / (3.0 * fluid.spacing_world.max(1e-30))).exp2();
+    let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
     let facing_up = 0.5 + 0.5 * normal.dot(up);
     let diffuse = mix(sky.irradiance_down.into(), sky.irradiance_up.into(), facing_up)
         + (0.5 + 0.5 * n_l) * Vec3::from(sky.sun_irradiance);
-    color = mix(color, diffuse / PI, white);
-
-    let coverage = smoothstep(0.0, (0.2 * fluid.spacing_world).max(1e-30), thickness);
-    mix(scene.truncate(), color, coverage).extend(scene.w.max(coverage)).to_array()
+    mix(color, diffuse / PI, white)
 }

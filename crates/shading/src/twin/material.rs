@@ -51,7 +51,7 @@ pub(crate) fn pattern_tone(pattern: u32, p: Vec2, footprint: Vec2) -> f32 {
             let joint = joints(p, footprint, 0.012);
             let tone = (cell_hash(p.floor()) - 0.5) * (1.25 - wide).clamp(0.0, 1.0);
             let cloud = noise(p * 5.3, wide * 5.3);
-            (1.0 + 0.14 * tone + 0.035 * cloud) * (1.0 - 0.48 * joint)
+            (1.0 + 0.09 * tone + 0.035 * cloud) * (1.0 - 0.48 * joint)
         }
         PATTERN_CONCRETE => {
             let joint = joints(p, footprint, 0.006);

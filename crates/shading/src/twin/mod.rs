@@ -7,6 +7,9 @@ pub(crate) mod material;
 pub(crate) mod sky;
 pub(crate) mod surroundings;
 mod view;
+mod water_shadow;
+
+pub use water_shadow::water_shadow;
 
 use glam::Vec3;
 use meniscus_gpu::CameraUniform;
@@ -32,6 +35,8 @@ pub struct TwinInput<'a> {
     pub scene_color: &'a [[f32; 4]],
     /// Distance of the opaque scene along the view axis; `f32::MAX` = sky.
     pub scene_distance: &'a [f32],
+    /// Length of water between scene and sun per block of pixels, e.g. by [`water_shadow()`].
+    pub sun_path: &'a [f32],
 }
 
 /// WGSL's `mix` for vectors with one factor.

@@ -6,7 +6,9 @@ use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Thickness, ViewNormal};
 use meniscus_gpu::{CameraUniform, Image, Recorder, Timing};
 use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
-use meniscus_shading::{Fluid, LightingInputs, LightingModel, Surroundings, WaterScale};
+use meniscus_shading::{
+    Fluid, LightingInputs, LightingModel, SunPath, Surroundings, WaterScale, WaterShadow,
+};
 
 const SIZE: [u32; 2] = [80, 60];
 
@@ -19,6 +21,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let water = Image::<EyeDistance>::from_pixels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
     let thickness = Image::<Thickness>::from_pixels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
     let normal = Image::<ViewNormal>::from_pixels(&gpu, SIZE, &vec![0; pixels]).unwrap();
+    let sun_path = Image::<SunPath>::new(&gpu, WaterShadow::size_blocks(SIZE)).unwrap();
     let output = Image::<Radiance>::new(&gpu, SIZE).unwrap();
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);
     let inputs = LightingInputs {
@@ -30,6 +33,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         normal: &normal,
         scene_color: &color,
         scene_distance: &distance,
+        sun_path: &sun_path,
     };
     Fluid::default().compile(&gpu).unwrap().record(&gpu, &mut recorder, &inputs, &output);
     let _ = recorder.submit(&gpu).unwrap();

@@ -7,8 +7,10 @@ use meniscus_gpu::role::{
 };
 use meniscus_gpu::{AdapterChoice, CameraUniform, Gpu, Image, Recorder, Texture, Timing};
 use meniscus_scene::Scene;
-use meniscus_shading::twin::TwinInput;
-use meniscus_shading::{LightingInputs, LightingModel, SceneGeometry, ScenePass, Surroundings, WaterScale};
+use meniscus_shading::twin::{TwinInput, water_shadow};
+use meniscus_shading::{
+    LightingInputs, LightingModel, SceneGeometry, ScenePass, SunPath, Surroundings, WaterScale, WaterShadow,
+};
 
 pub fn gpu() -> Gpu {
     Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
@@ -133,9 +135,21 @@ impl Frame {
         let distance = Image::<EyeDistance>::from_pixels(gpu, size, &self.water.distance).unwrap();
         let thickness = Image::<Thickness>::from_pixels(gpu, size, &self.water.thickness).unwrap();
         let normal = Image::<ViewNormal>::from_pixels(gpu, size, &self.water.normal).unwrap();
+        let sun_path = Image::<SunPath>::new(gpu, WaterShadow::size_blocks(size)).unwrap();
         let output = Image::<Radiance>::new(gpu, size).unwrap();
         let pass = model.compile(gpu).unwrap();
         let mut recorder = Recorder::new(gpu, Timing::Stamps);
+        WaterShadow::new(gpu).unwrap().record(
+            gpu,
+            &mut recorder,
+            &self.camera,
+            &self.surroundings,
+            self.scale,
+            &distance,
+            &thickness,
+            &scene_distance,
+            &sun_path,
+        );
         let inputs = LightingInputs {
             camera: &self.camera,
             surroundings: &self.surroundings,
@@ -145,6 +159,7 @@ impl Frame {
             normal: &normal,
             scene_color: &scene_color,
             scene_distance: &scene_distance,
+            sun_path: &sun_path,
         };
         pass.record(gpu, &mut recorder, &inputs, &output);
         let _ = recorder.submit(gpu).unwrap();
@@ -153,6 +168,14 @@ impl Frame {
 
     /// What the twin makes of it.
     pub fn twin(&self, model: &dyn LightingModel) -> Vec<[f32; 4]> {
+        let sun_path = water_shadow(
+            &self.camera,
+            &self.surroundings,
+            self.scale,
+            &self.water.distance,
+            &self.water.thickness,
+            &self.scene_distance,
+        );
         let input = TwinInput {
             camera: &self.camera,
             surroundings: &self.surroundings,
@@ -162,6 +185,7 @@ impl Frame {
             normal: &self.water.normal,
             scene_color: &self.scene_color,
             scene_distance: &self.scene_distance,
+            sun_path: &sun_path,
         };
         let [width, height] = self.camera.size_px;
         (0..width * height).map(|i| model.twin(&input, [i % width, i / width])).collect()
