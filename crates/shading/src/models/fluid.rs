@@ -9,9 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::twin::{TwinInput, fluid};
-use crate::{
-    INCLUDES, LightingInputs, LightingModel, LightingPass, Parameters, ShadingError, Surroundings, WaterScale,
-};
+use crate::{INCLUDES, LightingInputs, LightingModel, LightingPass, Parameters, ShadingError, WaterScale};
 
 const SHADER: Shader = shader!("shading/fluid");
 
