@@ -117,6 +117,24 @@ fn the_same_particles_go_first_wherever_they_have_moved() {
 }
 
 #[test]
+fn a_chunk_does_not_depend_on_the_order_of_the_file() {
+    let frame = pool([12, 12, 14], 0);
+    let ids: Vec<u64> = (0..frame.len() as u64).collect();
+    let reversed = ParticleFrame {
+        positions: frame.positions.iter().rev().copied().collect(),
+        ids: ids.iter().rev().copied().collect(),
+        ..Default::default()
+    };
+    // All in one cell, within which the curve has the order of the file.
+    let options = ChunkOptions::new(1 << 20, 100.0);
+    let [set, other] = [&ParticleFrame { ids, ..frame }, &reversed].map(|f| chunks::build(f, &options));
+    assert_eq!(set.chunks.len(), 1);
+    let equal_hashes = set.particles.windows(2).filter(|pair| pair[0].hash() == pair[1].hash()).count();
+    assert!(equal_hashes > 5, "two thousand of 65536 collide some thirty times: {equal_hashes}");
+    assert_eq!(set.particles, other.particles);
+}
+
+#[test]
 fn degenerate_sets_are_cut_too() {
     for frame in [
         ParticleFrame::default(),
