@@ -1,5 +1,6 @@
 use meniscus_gpu::role::{DisplayImage, Radiance, SceneColor, SceneDepth, SceneDistance};
 use meniscus_gpu::{Gpu, GpuError, Image, Texture};
+use meniscus_shading::{SunPath, WaterShadow};
 use meniscus_ssfr::{SsfrParams, SurfaceImages};
 
 /// Everything that has the size of the picture; made once per size.
@@ -8,6 +9,7 @@ pub(crate) struct FrameImages {
     pub(crate) scene_distance: Texture<SceneDistance>,
     pub(crate) scene_depth: Texture<SceneDepth>,
     pub(crate) surface: SurfaceImages,
+    pub(crate) sun_path: Image<SunPath>,
     pub(crate) radiance: Image<Radiance>,
     pub(crate) display: Image<DisplayImage>,
 }
@@ -19,6 +21,7 @@ impl FrameImages {
             scene_distance: Texture::new(gpu, size)?,
             scene_depth: Texture::new(gpu, size)?,
             surface: SurfaceImages::new(gpu, size, surface)?,
+            sun_path: Image::new(gpu, WaterShadow::size_blocks(size))?,
             radiance: Image::new(gpu, size)?,
             display: Image::new(gpu, size)?,
         })

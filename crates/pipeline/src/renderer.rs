@@ -3,7 +3,7 @@ use meniscus_core::{Camera, Flaw, FrameReport, Look, ParticleCounts, StageCost};
 use meniscus_gpu::role::{NO_SURFACE, PackedParticle};
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Timing};
 use meniscus_lod::{GpuSet, Selector};
-use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass};
+use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
 use meniscus_ssfr::{SplatInput, SplatSet, Ssfr, SurfaceImages};
 
 use crate::images::FrameImages;
@@ -33,6 +33,7 @@ pub struct Renderer {
     recorder: Recorder,
     scene: ScenePass,
     surface: Ssfr,
+    shadow: WaterShadow,
     lighting: Box<dyn LightingPass>,
     compositor: Compositor,
     geometry: Option<SceneGeometry>,
@@ -54,6 +55,7 @@ impl Renderer {
             recorder: Recorder::new(&gpu, Timing::Stamps),
             scene: ScenePass::new(&gpu)?,
             surface: Ssfr::new(&gpu, &registry.filters, &settings.surface)?,
+            shadow: WaterShadow::new(&gpu)?,
             lighting,
             compositor: Compositor::new(&gpu)?,
             geometry: None,
@@ -209,6 +211,17 @@ impl Renderer {
             &images.scene_distance,
             &images.surface,
         );
+        self.shadow.record(
+            &self.gpu,
+            &mut self.recorder,
+            &uniform,
+            geometry.surroundings(),
+            world.scale(),
+            &images.surface.distance,
+            &images.surface.thickness,
+            &images.scene_distance,
+            &images.sun_path,
+        );
         let inputs = LightingInputs {
             camera: &uniform,
             surroundings: geometry.surroundings(),
@@ -218,6 +231,7 @@ impl Renderer {
             normal: &images.surface.normal,
             scene_color: &images.scene_color,
             scene_distance: &images.scene_distance,
+            sun_path: &images.sun_path,
         };
         self.lighting.record(&self.gpu, &mut self.recorder, &inputs, &images.radiance);
         self.compositor.record(
