@@ -55,7 +55,10 @@ pub(crate) fn find(
             |point: usize| groups.iter().position(|&g| g == values[point] as i64).filter(|_| selected[point]);
         let walls = match motion(frame, positions, later, groups.len(), &group_of, cancel)? {
             Some(motion) => standing_still(&motion),
-            None => shells(positions, groups.len(), &group_of),
+            None => {
+                let sizes: Vec<u64> = counts.iter().map(|count| count.count).collect();
+                with_obstacles(shells(positions, groups.len(), &group_of), &sizes)
+            }
         };
         if !walls.contains(&true) || walls.iter().all(|wall| *wall) {
             continue;
@@ -125,6 +128,17 @@ fn standing_still(motion: &[f64]) -> Vec<bool> {
     motion.iter().map(|&m| m < STILL * fastest).collect()
 }
 
+/// Adds groups that are far smaller than the largest one inside the walls: before anything moves, an obstacle cannot be told
+/// from water otherwise.
+fn with_obstacles(mut walls: Vec<bool>, sizes: &[u64]) -> Vec<bool> {
+    let largest =
+        sizes.iter().zip(&walls).filter(|(_, wall)| !**wall).map(|(size, _)| *size).max().unwrap_or(0);
+    if walls.contains(&true) {
+        walls.iter_mut().zip(sizes).for_each(|(wall, size)| *wall |= *size < largest / 20);
+    }
+    walls
+}
+
 /// Groups whose box holds all others' boxes and whose particles lie near its faces.
 fn shells(positions: &[[f32; 3]], groups: usize, group_of: &impl Fn(usize) -> Option<usize>) -> Vec<bool> {
     let mut boxes = vec![([f32::INFINITY; 3], [f32::NEG_INFINITY; 3]); groups];
@@ -158,4 +172,54 @@ fn shells(positions: &[[f32; 3]], groups: usize, group_of: &impl Fn(usize) -> Op
         counts.0 / f64::max(counts.1, 1.0)
     };
     (0..groups).map(|group| encloses(group) && near_faces(group) > SHELL_SHARE).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A hollow box of kind 1 around a block of kind 0.
+    fn tank() -> (Vec<[f32; 3]>, Vec<usize>) {
+        let (mut points, mut kinds) = (Vec::new(), Vec::new());
+        for i in 0..20 * 20 * 20 {
+            let at = [i % 20, i / 20 % 20, i / 400];
+            let wall = at.iter().any(|c| [0, 1, 18, 19].contains(c));
+            let water = at.iter().all(|c| (2..10).contains(c));
+            if wall || water {
+                points.push(at.map(|c| c as f32));
+                kinds.push(usize::from(wall));
+            }
+        }
+        (points, kinds)
+    }
+
+    #[test]
+    fn an_enclosing_shell_is_a_wall() {
+        let (points, kinds) = tank();
+        assert_eq!(shells(&points, 2, &|i| Some(kinds[i])), [false, true]);
+        // Two layers of water over the same floor area are no shell around anything.
+        assert_eq!(shells(&points, 2, &|i| Some(usize::from(points[i][0] > 9.0))), [false, false]);
+    }
+
+    #[test]
+    fn what_stands_still_while_others_move_is_a_wall() {
+        let (points, kinds) = tank();
+        let motion = root_mean_squares(points.len(), 2, &|i| Some(kinds[i]), |i| {
+            if kinds[i] == 0 { [0.0, 0.3, -0.4] } else { [0.0; 3] }
+        });
+        assert!((motion[0] - 0.5).abs() < 1e-6 && motion[1] == 0.0, "{motion:?}");
+        assert_eq!(standing_still(&motion), [false, true]);
+    }
+
+    #[test]
+    fn small_groups_count_as_obstacles_only_beside_walls() {
+        assert_eq!(with_obstacles(vec![false, true, false], &[7000, 10_000, 100]), [false, true, true]);
+        assert_eq!(with_obstacles(vec![false, true, false], &[7000, 10_000, 1000]), [false, true, false]);
+        assert_eq!(with_obstacles(vec![false, false, false], &[7000, 10_000, 100]), [false, false, false]);
+    }
+
+    #[test]
+    fn flags_quote_odd_names() {
+        assert_eq!([quoted("type"), quoted("my type"), quoted("2nd")], ["type", "\"my type\"", "\"2nd\""]);
+    }
 }

@@ -68,7 +68,9 @@ pub(crate) fn parse(file: &MappedFile) -> Result<Document, Error> {
         let malformed = |message: &dyn std::fmt::Display| {
             Error::malformed(file.path(), format_args!("byte {start}"), message)
         };
-        let event = reader.read_event().map_err(|e| malformed(&e))?;
+        let event = reader
+            .read_event()
+            .map_err(|e| malformed(&format_args!("{e}; the file is damaged or cut off")))?;
         let inner = start as usize..reader.buffer_position() as usize + mark;
         let in_array = open.last().is_some_and(|name| name == "DataArray");
         match event {

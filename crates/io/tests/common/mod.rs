@@ -1,6 +1,9 @@
 //! The shared test data and its index.
 #![allow(dead_code, reason = "every test file uses its part")]
 
+pub mod legacy;
+pub mod xml;
+
 use std::path::{Path, PathBuf};
 
 use meniscus_io::FrameInfo;

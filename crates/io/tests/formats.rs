@@ -1,0 +1,218 @@
+//! Every format in every encoding, from files made here.
+
+mod common;
+
+use std::path::{Path, PathBuf};
+
+use common::legacy;
+use common::xml::{Format, Xml};
+use meniscus_core::{Cancel, FrameRequest, FrameSource, SetFrame};
+use meniscus_io::{Error, FrameInfo, Series, SeriesOptions};
+
+fn put(folder: &Path, name: &str, bytes: impl AsRef<[u8]>) -> PathBuf {
+    let path = folder.join(name);
+    std::fs::write(&path, bytes).expect("written");
+    path
+}
+
+fn open(path: &Path) -> Result<(FrameInfo, SetFrame), Error> {
+    let series = Series::open(path, &SeriesOptions::default())?;
+    let info = series.frame_info(0, true)?;
+    let attributes = info.attributes.iter().map(|a| a.name.clone()).collect();
+    let frame = series.read(0, &FrameRequest { attributes }, &Cancel::default()).expect("read");
+    Ok((info, frame))
+}
+
+fn attribute<'a>(frame: &'a SetFrame, name: &str) -> &'a [f32] {
+    let found = frame.sets[0].particles.attributes.iter().find(|a| a.name == name);
+    &found.unwrap_or_else(|| panic!("no attribute {name}")).values
+}
+
+#[test]
+fn xml_in_every_encoding() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let cases = Xml::all();
+    assert_eq!(cases.len(), 288);
+    for case in cases {
+        let path = put(folder.path(), &format!("case.{}", case.extension()), case.bytes());
+        let (info, frame) = open(&path).unwrap_or_else(|e| panic!("{case:?}: {e}"));
+        let count = case.points();
+        assert_eq!(info.points, count, "{case:?}");
+        assert_eq!(info.point_type, Some(if case.single { "Float32" } else { "Float64" }), "{case:?}");
+        let water = &frame.sets[0].particles;
+        for i in 0..count {
+            let point = Xml::point(i);
+            let expected: [f32; 3] = std::array::from_fn(|a| (point[a] - frame.origin.to_array()[a]) as f32);
+            assert_eq!(water.positions[i], expected, "{case:?}, point {i}");
+            assert_eq!(water.ids[i], Xml::id(i) as u64, "{case:?}, point {i}");
+            assert_eq!(attribute(&frame, "density")[i], Xml::density(i) as f32, "{case:?}, point {i}");
+        }
+    }
+}
+
+/// Made with Python's `lzma`, which has the only xz encoder at hand: blocks of 32 bytes.
+#[test]
+fn xml_with_lzma() {
+    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/data/lzma.vtp");
+    let (info, _) = open(&path).expect("opens");
+    assert_eq!(info.bounds, Some([0.0, 4.5, 1021.75, 1024.0, 0.0, 81.0]));
+    assert_eq!(info.centroid, Some([2.25, 1022.875, 28.5]));
+}
+
+#[test]
+fn legacy_ascii_with_every_section() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, text) in [
+        ("lf.vtk", legacy::ASCII.to_owned()),
+        ("crlf.vtk", legacy::ASCII.replace('\n', "\r\n")),
+        (
+            "lower.vtk",
+            legacy::ASCII.replace("POINTS 4 double", "points 4 DOUBLE").replace("POINT_DATA", "Point_Data"),
+        ),
+    ] {
+        let (info, frame) = open(&put(folder.path(), name, text)).expect(name);
+        assert_eq!((info.points, info.time), (4, Some(0.5)), "{name}");
+        assert_eq!(info.bounds, Some([0.0, 1.0, 0.0, 1.0, 0.0, 1.0]), "{name}");
+        let listed: Vec<_> = info.attributes.iter().map(|a| (a.name.as_str(), a.components, a.ty)).collect();
+        assert_eq!(
+            listed,
+            [
+                ("pressure", 1, "Float32"),
+                ("velocity", 3, "Float64"),
+                ("n", 3, "Float32"),
+                ("stress", 9, "Float32"),
+                ("uv", 2, "Float32"),
+                ("rgb", 3, "UInt8"),
+                ("id", 1, "Int64"),
+                ("mass flow", 1, "Float32"),
+            ],
+            "{name}"
+        );
+        assert_eq!(frame.sets[0].particles.ids, [40, 30, 20, 10], "{name}");
+        assert_eq!(attribute(&frame, "rgb"), [0., 0., 255., 0., 255., 0., 255., 0., 0., 128., 128., 128.]);
+        assert_eq!(attribute(&frame, "mass flow"), [5.0, 6.0, 7.0, 8.0], "{name}");
+    }
+}
+
+#[test]
+fn legacy_binary_whose_payload_looks_like_text() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (info, frame) = open(&put(folder.path(), "old.vtk", legacy::binary())).expect("opens");
+    let names: Vec<_> = info.attributes.iter().map(|a| (a.name.as_str(), a.ty)).collect();
+    assert_eq!(names, [("flag", "Bit"), ("POINTS", "Int16")]);
+    assert_eq!(attribute(&frame, "flag"), [1.0, 0.0, 1.0, 0.0]);
+    assert_eq!(attribute(&frame, "POINTS"), [7.0, 2570.0, 9.0, 10.0]);
+    assert_eq!(info.bounds.map(|b| b[0]), Some(f64::from(f32::from_bits(0))));
+    assert_eq!(info.bounds.map(|b| b[1]), Some(1.0));
+}
+
+#[test]
+fn wild_spellings() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plain = String::from_utf8(Xml::plain(Format::Ascii).bytes()).expect("text");
+    for (name, text) in [
+        ("bom.vtu", format!("\u{feff}{plain}")),
+        ("format.vtu", plain.replace("format=", "Format =  ")),
+        ("comment.vtu", plain.replace("<Points>", "<!-- <Piece> > --><Points>")),
+        ("comment_in_data.vtu", plain.replace(" 1023.75 ", " <!-- a point --> 1023.75 ")),
+        (
+            "key.vtu",
+            plain.replace("</DataArray>", "<InformationKey name='x'>7 7</InformationKey></DataArray>"),
+        ),
+        ("no_declaration.vtu", plain.replace("<?xml version='1.0'?>\n", "")),
+        ("extension.dat", plain.clone()),
+        ("unnamed.vtu", plain.replace("Name='Points'", "")),
+    ] {
+        assert!(name == "extension.dat" || text != plain, "{name} changes nothing");
+        let (info, _) = open(&put(folder.path(), name, &text)).unwrap_or_else(|e| panic!("{name}: {e}"));
+        assert_eq!(info.bounds, Some([0.0, 4.5, 1021.75, 1024.0, 0.0, 81.0]), "{name}");
+    }
+}
+
+#[test]
+fn parallel_files_and_their_faults() {
+    let folder = tempfile::tempdir().expect("a folder");
+    put(folder.path(), "a.vtu", Xml::plain(Format::AppendedRaw).bytes());
+    put(folder.path(), "b.vtu", Xml::plain(Format::Inline).bytes());
+    let parallel = |sources: &[&str]| {
+        let pieces: String = sources.iter().map(|source| format!("<Piece Source='{source}'/>")).collect();
+        format!("<VTKFile type='PUnstructuredGrid'><PUnstructuredGrid>{pieces}</PUnstructuredGrid></VTKFile>")
+    };
+    let (info, frame) = open(&put(folder.path(), "ab.pvtu", parallel(&["a.vtu", "b.vtu"]))).expect("opens");
+    assert_eq!((info.points, attribute(&frame, "density").len()), (20, 20));
+    for (name, sources) in [("missing.pvtu", ["a.vtu", "none.vtu"]), ("self.pvtu", ["a.vtu", "self.pvtu"])] {
+        let error = open(&put(folder.path(), name, parallel(&sources))).expect_err(name).to_string();
+        assert!(error.contains("piece 1") && error.contains(sources[1]), "{error}");
+    }
+}
+
+#[test]
+fn faults_name_file_place_expected_and_found() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = |format| String::from_utf8(Xml::plain(format).bytes()).expect("text");
+    let ascii = text(Format::Ascii);
+    for (name, bytes, words) in [
+        ("number.vtu", ascii.replace(" 1023.75 ", " 1023,75 "), &["Points", "value 4", "1023,75"][..]),
+        ("short.vtu", ascii.replace(" 1023.75 ", " "), &["Points", "expected 30", "found 29"]),
+        ("cut.vtu", ascii.split("</Points>").next().unwrap_or_default().to_owned(), &["cut off", "VTKFile"]),
+        (
+            "type.vtu",
+            ascii.replace("'Float64' Name='Points'", "'Float80' Name='Points'"),
+            &["Float80", "expected"],
+        ),
+        ("entity.vtu", format!("<!DOCTYPE x [<!ENTITY a 'a'>]>{ascii}"), &["document type"]),
+        ("deep.vtu", "<a>".repeat(100_000), &["<a>", "VTKFile"]),
+        ("deep2.vtu", ascii.replace("<Points>", &"<x>".repeat(100_000)), &["nested"]),
+        ("legacy.vtk", legacy::ASCII.replace("POINTS 4 double", "POINTS 9999 double"), &["POINTS", "9999"]),
+        (
+            "count.vtk",
+            legacy::ASCII.replace("POINTS 4 double", "POINTS -4 double"),
+            &["number of points", "-4"],
+        ),
+        ("gzip.vtk", "\u{1f}\u{8b}".into(), &["VTK"]),
+        ("empty.vtu", String::new(), &["empty"]),
+        ("broken.vtu.series", "{\"files\": [".into(), &["line 1", "series"]),
+        (
+            "self.pvd",
+            "<VTKFile type='Collection'><Collection><DataSet file='self.pvd'/></Collection></VTKFile>".into(),
+            &["itself"],
+        ),
+    ] {
+        let error = open(&put(folder.path(), name, bytes)).expect_err(name).to_string();
+        for word in words.iter().chain([&name]) {
+            assert!(error.contains(word), "{name}: no {word:?} in {error:?}");
+        }
+    }
+    let error = open(&folder.path().join("nowhere.vtu")).expect_err("nothing there");
+    assert_eq!(error.kind().as_str(), "not_found");
+    let error = open(folder.path().join("nowhere_%03d.vtu").as_path()).expect_err("nothing there");
+    assert_eq!(error.kind().as_str(), "empty");
+}
+
+#[test]
+fn series_of_every_spelling() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bytes = Xml::plain(Format::Ascii).bytes();
+    for number in [2, 9, 10, 11] {
+        put(folder.path(), &format!("water_{number}.vtu"), &bytes);
+    }
+    put(folder.path(), "walls_1.vtu", &bytes);
+    let names = |input: &str| -> Vec<String> {
+        let series = Series::open(&folder.path().join(input), &SeriesOptions::default()).expect(input);
+        let name = |i| series.files(i)[0].file_name().expect("a name").to_string_lossy().into_owned();
+        (0..series.frame_count()).map(name).collect()
+    };
+    let expected = ["water_2.vtu", "water_9.vtu", "water_10.vtu", "water_11.vtu"];
+    for input in ["", "*.vtu", "water_*.vtu", "water_%d.vtu"] {
+        assert_eq!(names(input), expected, "{input:?}");
+    }
+    assert_eq!(names("water_%02d.vtu"), expected[2..]);
+    assert_eq!(names("walls_1.vtu"), ["walls_1.vtu"]);
+    let collection: String = [(3, "water_10.vtu"), (1, "water_2.vtu"), (2, "water_9.vtu")]
+        .iter()
+        .map(|(time, file)| format!("<DataSet timestep='{time}' part='0' file='{file}'/>"))
+        .collect();
+    let text = format!("<VTKFile type='Collection'><Collection>{collection}</Collection></VTKFile>");
+    put(folder.path(), "water.pvd", text);
+    assert_eq!(names("water.pvd"), expected[..3]);
+}
