@@ -100,10 +100,10 @@ fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>),
         (None, Some(name)) => {
             let view: NamedView =
                 name.parse().map_err(|e: meniscus_scene::SceneError| Failure::Usage(e.to_string()))?;
-            (view.camera(world.bounds(), space.up, args.size.0), None)
+            (view.camera(world.outline(), space.up, args.size.0), None)
         }
         (None, None) => {
-            let camera = automatic_camera(world.bounds(), space.up, args.size.0);
+            let camera = automatic_camera(world.outline(), space.up, args.size.0);
             let file = |v: glam::Vec3| v.as_dvec3() + space.origin;
             let (eye, target) = (file(camera.eye), file(camera.target));
             let fovy = match camera.projection {

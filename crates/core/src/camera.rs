@@ -167,34 +167,53 @@ impl Camera {
         }
     }
 
-    /// A perspective camera that looks along `direction` (world, towards the scene) and just fits `bounds` into a picture
-    /// of `size` pixels; `margin` 1.0 touches the border, 1.1 leaves ten percent.
-    pub fn fit(bounds: Aabb, direction: Vec3, up: Vec3, fovy_rad: f32, size: [u32; 2], margin: f32) -> Self {
+    /// The nearest perspective camera that looks along `direction` (world, towards the scene) and has all of `points` (world)
+    /// in a picture of `size` pixels, centred in the direction that leaves room; `margin` 1.0 touches the border, 1.1 leaves
+    /// ten percent. Without points it looks at the origin.
+    pub fn fit(
+        points: &[Vec3],
+        direction: Vec3,
+        up: Vec3,
+        fovy_rad: f32,
+        size: [u32; 2],
+        margin: f32,
+    ) -> Self {
         let direction = direction.normalize();
-        let (target, extent) =
-            if bounds.is_empty() { (Vec3::ZERO, Vec3::ONE) } else { (bounds.center(), bounds.extent()) };
-        let reach = extent.length().max(f32::MIN_POSITIVE);
+        let bounds = points.iter().fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p));
+        let (middle, reach) = match bounds.extent().length() {
+            _ if bounds.is_empty() => (Vec3::ZERO, 1.0),
+            0.0 => (bounds.center(), 1.0),
+            diagonal => (bounds.center(), diagonal),
+        };
         let mut camera = Self {
-            eye: target - direction * reach,
-            target,
+            eye: middle - direction * reach,
+            target: middle,
             up,
             projection: Projection::Perspective { fovy_rad },
             near: reach * 1e-3,
         };
-        // The nearest eye along the axis from which every corner projects inside the margin: for a corner at (x, y) off the
-        // axis and z along it, x / (distance + z) <= half, so distance >= x / half - z.
-        let view = look_at_mat4(target - direction, target, up);
+        // In coordinates (right, up, forward) around `middle`, a point (a, b, c) is inside for an eye (x, y, z) when
+        // |a - x| <= half.x (c - z) and |b - y| <= half.y (c - z). Per axis that is x >= left + half z and x <= right - half z
+        // with left = max(a - half c) and right = min(a + half c): z can grow to (right - left) / (2 half), in both axes.
         let half = camera.half_extent(size) / margin;
-        let corners = if bounds.is_empty() { [target; 8] } else { bounds.corners() };
-        let distance = corners
-            .iter()
-            .map(|&corner| {
-                let v = view.transform_point3(corner);
-                let along = -v.z - 1.0;
-                (v.x.abs() / half.x).max(v.y.abs() / half.y) - along
-            })
-            .fold(reach * 0.05, f32::max);
-        camera.eye = target - direction * distance;
+        let view = look_at_mat4(middle - direction, middle, up);
+        let (mut low, mut high) = (Vec2::NEG_INFINITY, Vec2::INFINITY);
+        for &point in points {
+            let v = view.transform_point3(point);
+            let forward = -v.z - 1.0;
+            low = low.max(v.truncate() - half * forward);
+            high = high.min(v.truncate() + half * forward);
+        }
+        if !(low.is_finite() && high.is_finite()) {
+            return camera;
+        }
+        // A single point fits at any distance; stay a fifth of the data away from what is nearest.
+        let forward = ((high - low) / (2.0 * half)).min_element().min(-reach * 0.2);
+        let center = (low + high) * 0.5;
+        let axes = view.inverse();
+        let side = axes.transform_vector3(Vec3::new(center.x, center.y, 0.0));
+        camera.eye = middle + side + direction * forward;
+        camera.target = middle + side;
         camera
     }
 }
@@ -232,19 +251,30 @@ mod tests {
     fn fit_puts_every_corner_inside_and_one_on_the_margin() {
         let bounds = Aabb { min: Vec3::new(-1.0, 0.0, -3.0), max: Vec3::new(2.0, 1.0, 4.0) };
         let size = [1280, 720];
-        let camera = Camera::fit(bounds, Vec3::new(-1.0, -0.5, -1.0), Vec3::Y, 0.8, size, 1.1);
+        let camera = Camera::fit(&bounds.corners(), Vec3::new(-1.0, -0.5, -1.0), Vec3::Y, 0.8, size, 1.1);
         camera.validate().unwrap();
         let half = camera.half_extent(size);
         let view = camera.view_from_world();
-        let worst = bounds
-            .corners()
-            .iter()
-            .map(|&c| {
-                let v = view.transform_point3(c);
-                (v.x.abs() / -v.z / half.x).max(v.y.abs() / -v.z / half.y)
-            })
-            .fold(0.0f32, f32::max);
-        assert!((worst - 1.0 / 1.1).abs() < 1e-4, "{worst}");
+        let projected = bounds.corners().map(|corner| {
+            let v = view.transform_point3(corner);
+            v.truncate() / -v.z / half
+        });
+        let low = projected.iter().copied().reduce(Vec2::min).unwrap();
+        let high = projected.iter().copied().reduce(Vec2::max).unwrap();
+        // 1e-4: f32 rounding of sums of a few terms of size 5.
+        let limit = 1.0 / 1.1;
+        assert!(low.min_element() > -limit - 1e-4 && high.max_element() < limit + 1e-4, "{low} {high}");
+        // The tighter axis touches both margins, the other is centred as far as perspective allows.
+        let tight = if high.x - low.x > high.y - low.y { 0 } else { 1 };
+        assert!((low[tight] + limit).abs() < 1e-4 && (high[tight] - limit).abs() < 1e-4, "{low} {high}");
+        assert!((low + high).abs().max_element() < 0.2, "{low} {high}");
+    }
+
+    #[test]
+    fn fit_takes_anything() {
+        for points in [&[][..], &[Vec3::ONE], &[Vec3::ZERO, Vec3::Z * 1e6], &[Vec3::NAN]] {
+            Camera::fit(points, Vec3::NEG_Y + Vec3::X, Vec3::Z, 0.5, [640, 480], 1.1).validate().unwrap();
+        }
     }
 
     #[test]

@@ -2,8 +2,9 @@
 
 use std::collections::HashMap;
 
-use glam::Vec3;
+use glam::{Vec2, Vec3};
 use meniscus_core::{Aabb, UpAxis};
+use rayon::prelude::*;
 
 /// Particles looked at: quantiles of this many are good to half a percent.
 const SAMPLES: usize = 200_000;
@@ -36,6 +37,34 @@ pub fn robust_bounds(positions: &[[f32; 3]]) -> Aabb {
     let reach = REACH * core.extent().max_element();
     let allowed = core.inflated(reach);
     Aabb { min: exact.min.max(allowed.min), max: exact.max.min(allowed.max) }
+}
+
+/// The points of `positions` inside `bounds` (world) that reach furthest in each of many directions: enough to frame a
+/// picture, tighter than the corners of a box.
+pub fn outline(positions: &[[f32; 3]], bounds: Aabb) -> Vec<Vec3> {
+    const DIRECTIONS: usize = 96;
+    // Points of a sunflower on the sphere: evenly spread.
+    let directions: Vec<Vec3> = (0..DIRECTIONS)
+        .map(|i| {
+            let z = 1.0 - (2.0 * i as f32 + 1.0) / DIRECTIONS as f32;
+            let angle = i as f32 * 2.399_963; // pi (3 - sqrt 5)
+            ((1.0 - z * z).sqrt() * Vec2::from_angle(angle)).extend(z)
+        })
+        .collect();
+    let furthest = |direction: &Vec3| {
+        let inside = |p: &&[f32; 3]| {
+            Vec3::from(**p).cmpge(bounds.min).all() && Vec3::from(**p).cmple(bounds.max).all()
+        };
+        let reach = |p: &[f32; 3]| Vec3::from(*p).dot(*direction);
+        let stride = positions.len().div_ceil(10 * SAMPLES).max(1);
+        positions
+            .iter()
+            .step_by(stride)
+            .filter(inside)
+            .max_by(|a, b| reach(a).total_cmp(&reach(b)))
+            .map(|&p| Vec3::from(p))
+    };
+    directions.par_iter().filter_map(furthest).collect()
 }
 
 /// Median depth of the water over the ground it covers, world: particles times their volume over the area of a column,
@@ -98,6 +127,23 @@ mod tests {
         let mut points = lattice([20, 20, 4], 0.1);
         points.push([1.0, 1.0, 0.7]);
         assert_eq!(robust_bounds(&points).max.z, 0.7);
+    }
+
+    #[test]
+    fn the_outline_of_a_ball_is_rounder_than_its_box() {
+        let ball: Vec<[f32; 3]> = lattice([40, 40, 40], 0.05)
+            .into_iter()
+            .map(|p| (Vec3::from(p) - 1.0).to_array())
+            .filter(|p| Vec3::from(*p).length() < 1.0)
+            .collect();
+        let outline = outline(&ball, Aabb::of_points(&ball));
+        assert!(outline.iter().all(|p| (0.9..1.0).contains(&p.length())));
+        // What is cut off a ball by planes at its 96 furthest points is less than a tenth of its radius.
+        for direction in [Vec3::X, Vec3::NEG_Z, Vec3::ONE.normalize(), Vec3::new(0.3, -0.7, 0.2).normalize()]
+        {
+            let reach = outline.iter().map(|p| p.dot(direction)).fold(0.0, f32::max);
+            assert!(reach > 0.9, "{direction} {reach}");
+        }
     }
 
     #[test]

@@ -3,7 +3,7 @@ use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, Serie
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
 
-use crate::measure::{column_depth, robust_bounds};
+use crate::measure::{column_depth, outline, robust_bounds};
 use crate::{PipelineError, Settings};
 
 /// What stays the same over a series: its space, the room it takes, the scene around it and how clear the water is.
@@ -11,6 +11,7 @@ use crate::{PipelineError, Settings};
 pub struct World {
     space: SeriesSpace,
     bounds: Aabb,
+    outline: Vec<Vec3>,
     scene: Scene,
     scale: WaterScale,
 }
@@ -41,10 +42,7 @@ impl World {
         if let (true, Some(error)) = (measured.is_empty(), error) {
             return Err(PipelineError::Frame(error));
         }
-        let bounds = measured.iter().fold(Aabb::EMPTY, |all, m| all.union(m.bounds));
-        let depths: Vec<f32> = measured.iter().filter_map(|m| m.depth).collect();
-        let depth = depths.iter().copied().fold(0.0, f32::max);
-        Self::new(space, bounds, depth, settings)
+        Self::of_measured(&measured, space, settings)
     }
 
     /// The world of a single frame.
@@ -56,11 +54,17 @@ impl World {
         space: SeriesSpace,
         settings: &Settings,
     ) -> Result<Self, PipelineError> {
-        let measured = Measured::of(frame, &space);
-        Self::new(space, measured.bounds, measured.depth.unwrap_or(0.0), settings)
+        Self::of_measured(&[Measured::of(frame, &space)], space, settings)
     }
 
-    fn new(space: SeriesSpace, bounds: Aabb, depth: f32, settings: &Settings) -> Result<Self, PipelineError> {
+    fn of_measured(
+        measured: &[Measured],
+        space: SeriesSpace,
+        settings: &Settings,
+    ) -> Result<Self, PipelineError> {
+        let bounds = measured.iter().fold(Aabb::EMPTY, |all, m| all.union(m.bounds));
+        let outline = measured.iter().flat_map(|m| m.outline.iter().copied()).collect();
+        let depth = measured.iter().filter_map(|m| m.depth).fold(0.0, f32::max);
         let spacing = space.spacing as f32;
         let (description, file) = match &settings.scene.file {
             Some(path) => {
@@ -75,7 +79,7 @@ impl World {
         let scene = description.resolve(bounds, space.origin, space.up, spacing, &file)?;
         // Nothing but thin films: their own thickness is the scale.
         let scale = WaterScale { depth_world: depth.max(spacing), spacing_world: spacing };
-        Ok(Self { space, bounds, scene, scale })
+        Ok(Self { space, bounds, outline, scene, scale })
     }
 
     /// Origin, spacing, radius, up axis.
@@ -86,6 +90,12 @@ impl World {
     /// Box around the particles, stray ones left out, world.
     pub fn bounds(&self) -> Aabb {
         self.bounds
+    }
+
+    /// Points that outline the particles of the first, middle and last frame, stray ones left out, world: what a camera
+    /// has to hold.
+    pub fn outline(&self) -> &[Vec3] {
+        &self.outline
     }
 
     /// What surrounds the water.
@@ -121,6 +131,7 @@ impl World {
 
 struct Measured {
     bounds: Aabb,
+    outline: Vec<Vec3>,
     /// Median depth of water columns, `None` without water.
     depth: Option<f32>,
 }
@@ -129,11 +140,12 @@ impl Measured {
     fn of(frame: &SetFrame, space: &SeriesSpace) -> Self {
         let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
         let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
+        let outline = drawn().flat_map(|set| outline(&set.particles.positions, bounds)).collect();
         let spacing = space.spacing as f32;
         let depth = drawn()
             .filter(|set| set.look == Look::Water)
             .map(|set| column_depth(&set.particles.positions, space.up, spacing))
             .reduce(f32::max);
-        Self { bounds, depth }
+        Self { bounds, outline, depth }
     }
 }

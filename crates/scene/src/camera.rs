@@ -42,8 +42,8 @@ impl std::str::FromStr for NamedView {
 }
 
 impl NamedView {
-    /// The camera of this view for a picture of `size` pixels, fitted to `bounds` (world).
-    pub fn camera(self, bounds: Aabb, up: UpAxis, size: [u32; 2]) -> Camera {
+    /// The camera of this view for a picture of `size` pixels that holds all points of `outline` (world).
+    pub fn camera(self, outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera {
         let frame = UpFrame::new(up);
         // A little from above, so that the floor is seen and the horizon lies above the water.
         let level = |east: f32, north: f32| frame.world(east, north, -0.12);
@@ -55,16 +55,17 @@ impl NamedView {
             Self::Top => (-frame.up, frame.north),
             Self::Iso => (frame.world(-1.0, 1.0, -1.0), frame.up),
         };
-        Camera::fit(drawable(bounds), direction, picture_up, FOVY_RAD, size, MARGIN)
+        Camera::fit(&drawable(outline), direction, picture_up, FOVY_RAD, size, MARGIN)
     }
 }
 
-/// Three-quarter view from slightly above, with the longer side of the data across the picture. `bounds` should hold the
-/// data of the whole series, e.g. of its first, middle and last frame, so that the camera can stay still.
-pub fn automatic_camera(bounds: Aabb, up: UpAxis, size: [u32; 2]) -> Camera {
-    let (across, away) = facing(bounds, up);
+/// Three-quarter view from slightly above, with the longer side of the data across the picture, that holds all points of
+/// `outline` (world). They should outline the data of the whole series, e.g. of its first, middle and last frame, so that the
+/// camera can stay still.
+pub fn automatic_camera(outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera {
+    let (across, away) = facing(bounds_of(outline), up);
     let direction = away * 0.82 - across * 0.46 - up.vector() * 0.44;
-    Camera::fit(drawable(bounds), direction, up.vector(), FOVY_RAD, size, MARGIN)
+    Camera::fit(&drawable(outline), direction, up.vector(), FOVY_RAD, size, MARGIN)
 }
 
 /// Ground directions `(across, away)` of the automatic view: across the picture and away from the viewer.
@@ -76,14 +77,23 @@ pub(crate) fn facing(bounds: Aabb, up: UpAxis) -> (Vec3, Vec3) {
     if north > 1.3 * east { (frame.north, -frame.east) } else { (frame.east, frame.north) }
 }
 
-/// `bounds` with every edge at least a thousandth of the longest, so that flat and single-point data still define a view.
-fn drawable(bounds: Aabb) -> Aabb {
+fn bounds_of(points: &[Vec3]) -> Aabb {
+    points.iter().fold(Aabb::EMPTY, |bounds, &p| bounds.with_point(p))
+}
+
+/// `points`, or where they are so close together that they define no view, the corners of a box around them that is a few
+/// rounding steps of `f32` wide.
+fn drawable(points: &[Vec3]) -> Vec<Vec3> {
+    let bounds = bounds_of(points);
     if bounds.is_empty() || !bounds.extent().is_finite() {
-        return Aabb::EMPTY;
+        return Vec::new();
     }
-    // The part of the coordinates keeps the view axis longer than a few rounding steps of f32.
-    let margin = (bounds.extent().max_element() * 5e-4).max(1e-5 * bounds.center().length()).max(1e-12);
-    bounds.inflated(margin)
+    let least = (1e-5 * bounds.center().length()).max(1e-12);
+    if bounds.extent().max_element() > least {
+        points.to_vec()
+    } else {
+        bounds.inflated(least).corners().to_vec()
+    }
 }
 
 #[cfg(test)]
@@ -98,31 +108,33 @@ mod tests {
         for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
             let views =
                 ["front", "back", "left", "right", "top", "iso"].map(|v| v.parse::<NamedView>().unwrap());
-            let named = views.map(|v| v.camera(bounds, up, SIZE));
-            for camera in named.into_iter().chain([automatic_camera(bounds, up, SIZE)]) {
+            let named = views.map(|v| v.camera(&bounds.corners(), up, SIZE));
+            for camera in named.into_iter().chain([automatic_camera(&bounds.corners(), up, SIZE)]) {
                 camera.validate().unwrap();
                 for (n, d) in camera.frustum_planes(SIZE) {
                     assert!(bounds.corners().iter().all(|&c| n.dot(c) + d >= 0.0), "{up:?} {camera:?}");
                 }
             }
-            assert!(automatic_camera(bounds, up, SIZE).forward().dot(up.vector()) < -0.2, "from above");
+            assert!(
+                automatic_camera(&bounds.corners(), up, SIZE).forward().dot(up.vector()) < -0.2,
+                "from above"
+            );
         }
     }
 
     #[test]
     fn the_long_side_lies_across_the_picture() {
         let long_north = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 10.0, 1.0) };
-        let forward = automatic_camera(long_north, UpAxis::Z, SIZE).forward();
+        let forward = automatic_camera(&long_north.corners(), UpAxis::Z, SIZE).forward();
         assert!(forward.x.abs() > forward.y.abs(), "{forward}");
     }
 
     #[test]
     fn degenerate_data_still_gives_a_camera() {
-        let point = Aabb { min: Vec3::splat(5e5), max: Vec3::splat(5e5) };
-        let flat = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 0.0, 1.0) };
-        for bounds in [point, flat, Aabb::EMPTY] {
-            automatic_camera(bounds, UpAxis::Y, [1, 1]).validate().unwrap();
-            NamedView::Top.camera(bounds, UpAxis::Z, SIZE).validate().unwrap();
+        let flat = [Vec3::ZERO, Vec3::X, Vec3::Z];
+        for outline in [&[Vec3::splat(5e5)][..], &flat, &[], &[Vec3::NAN]] {
+            automatic_camera(outline, UpAxis::Y, [1, 1]).validate().unwrap();
+            NamedView::Top.camera(outline, UpAxis::Z, SIZE).validate().unwrap();
         }
         assert!("side".parse::<NamedView>().unwrap_err().to_string().contains("front, back"));
     }
