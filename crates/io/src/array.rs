@@ -245,7 +245,7 @@ impl CheckedArray<'_> {
         Ok(out)
     }
 
-    /// Converts all values into `out`, which has [`Self::len`] elements, in parallel.
+    /// Converts the first `out.len()` values, at most [`Self::len`], in parallel.
     pub fn decode<C: Convert>(&self, convert: &C, out: &mut [C::Out], cancel: &Cancel) -> Result<(), Error> {
         match &self.data {
             Data::Plain { stream, start } if self.array.ty == ScalarType::Bit => {
@@ -327,6 +327,7 @@ impl CheckedArray<'_> {
         let size = ty.size().filter(|size| table.block_size.is_multiple_of(*size));
         let Some(size) = size else {
             // Values cross block borders (never from VTK): unpack everything, then convert.
+            // Also when only the first values are asked for.
             let mut raw = vec![0; table.total];
             raw.par_chunks_mut(table.block_size).enumerate().try_for_each_init(
                 Vec::new,
@@ -347,7 +348,7 @@ impl CheckedArray<'_> {
                 check(cancel)?;
                 raw.resize(table.raw_size(i), 0);
                 unpack(i, scratch, raw)?;
-                convert.bytes(ty, big, i * values, raw, out);
+                convert.bytes(ty, big, i * values, &raw[..out.len() * size], out);
                 Ok(())
             },
         )
@@ -364,7 +365,7 @@ impl CheckedArray<'_> {
         let mut rest = out;
         let mut jobs = Vec::with_capacity(pieces.len());
         for piece in pieces {
-            let (head, tail) = rest.split_at_mut(piece.count);
+            let (head, tail) = rest.split_at_mut(piece.count.min(rest.len()));
             jobs.push((piece, head));
             rest = tail;
         }
@@ -372,7 +373,7 @@ impl CheckedArray<'_> {
             check(cancel)?;
             binary.clear();
             let mut ty = self.array.ty;
-            for (i, token) in text::tokens(&text[piece.range.clone()]).enumerate() {
+            for (i, token) in text::tokens(&text[piece.range.clone()]).take(out.len()).enumerate() {
                 ty = self.push_number(token, binary).ok_or_else(|| {
                     let found = String::from_utf8_lossy(&token[..token.len().min(40)]).into_owned();
                     self.fault(format_args!("value {} is {found:?}, expected a number", piece.first + i))

@@ -116,6 +116,16 @@ impl FrameData {
         self.pieces.first()?.positions.as_ref().map(|positions| positions.ty)
     }
 
+    /// A finite point near the start, or zero: near enough to the others to subtract it before rounding to `f32`.
+    pub fn some_point(&self, cancel: &Cancel) -> Result<[f64; 3], Error> {
+        let arrays = self.check(|piece| piece.positions.as_ref())?;
+        let Some(first) = arrays.first() else { return Ok([0.0; 3]) };
+        let mut values = vec![0.0; first.len().min(3 * 1024)];
+        first.decode(&ToF64, &mut values, cancel)?;
+        let finite = |p: &&[f64; 3]| p.iter().all(|c| c.is_finite());
+        Ok(values.as_chunks::<3>().0.iter().find(finite).copied().unwrap_or_default())
+    }
+
     /// Coordinates minus `origin`.
     pub fn positions(&self, origin: [f64; 3], cancel: &Cancel) -> Result<Vec<[f32; 3]>, Error> {
         let arrays = self.check(|piece| piece.positions.as_ref())?;

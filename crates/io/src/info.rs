@@ -3,6 +3,7 @@
 use std::path::PathBuf;
 
 use meniscus_core::{Cancel, Look, SpacingSource, UpAxis};
+use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::Error;
@@ -127,40 +128,60 @@ pub(crate) fn describe(series: &Series, index: usize, stats: bool) -> Result<Fra
     })
 }
 
-/// Bounds and sums over finite points.
+/// Bounds and mean of the finite points.
 struct Coordinates {
     finite: usize,
     min: [f64; 3],
     max: [f64; 3],
-    mean: [f64; 3],
+    /// Sum, and what rounding took from it (Neumaier 1974): sums of millions of map coordinates would lose the decimals.
+    sum: [f64; 3],
+    lost: [f64; 3],
 }
 
+/// Points summed at a time; fixed, so that the sum does not depend on the number of threads.
+const PIECE: usize = 1 << 16;
+
 impl Coordinates {
+    const EMPTY: Self = Self {
+        finite: 0,
+        min: [f64::INFINITY; 3],
+        max: [f64::NEG_INFINITY; 3],
+        sum: [0.0; 3],
+        lost: [0.0; 3],
+    };
+
     fn of(values: &[f64]) -> Self {
-        let (points, _) = values.as_chunks::<3>();
-        let mut whole =
-            Self { finite: 0, min: [f64::INFINITY; 3], max: [f64::NEG_INFINITY; 3], mean: [0.0; 3] };
-        let (mut sum, mut lost) = ([0.0_f64; 3], [0.0_f64; 3]);
+        let pieces: Vec<Self> = values.as_chunks::<3>().0.par_chunks(PIECE).map(Self::of_piece).collect();
+        pieces.into_iter().fold(Self::EMPTY, |mut whole, piece| {
+            whole.finite += piece.finite;
+            for axis in 0..3 {
+                whole.min[axis] = whole.min[axis].min(piece.min[axis]);
+                whole.max[axis] = whole.max[axis].max(piece.max[axis]);
+                whole.add(axis, piece.sum[axis]);
+                whole.lost[axis] += piece.lost[axis];
+            }
+            whole
+        })
+    }
+
+    fn of_piece(points: &[[f64; 3]]) -> Self {
+        let mut whole = Self::EMPTY;
         for point in points.iter().filter(|p| p.iter().all(|c| c.is_finite())) {
             whole.finite += 1;
-            for axis in 0..3 {
-                let value = point[axis];
+            for (axis, &value) in point.iter().enumerate() {
                 whole.min[axis] = whole.min[axis].min(value);
                 whole.max[axis] = whole.max[axis].max(value);
-                // Neumaier's sum: sums of millions of map coordinates would lose the decimals.
-                let next = sum[axis] + value;
-                lost[axis] += if sum[axis].abs() >= value.abs() {
-                    (sum[axis] - next) + value
-                } else {
-                    (value - next) + sum[axis]
-                };
-                sum[axis] = next;
+                whole.add(axis, value);
             }
         }
-        for axis in 0..3 {
-            whole.mean[axis] = (sum[axis] + lost[axis]) / whole.finite.max(1) as f64;
-        }
         whole
+    }
+
+    fn add(&mut self, axis: usize, value: f64) {
+        let sum = self.sum[axis];
+        let next = sum + value;
+        self.lost[axis] += if sum.abs() >= value.abs() { (sum - next) + value } else { (value - next) + sum };
+        self.sum[axis] = next;
     }
 
     fn bounds(&self) -> Option<[f64; 6]> {
@@ -169,7 +190,8 @@ impl Coordinates {
     }
 
     fn centroid(&self) -> Option<[f64; 3]> {
-        (self.finite > 0).then_some(self.mean)
+        let mean = |axis: usize| (self.sum[axis] + self.lost[axis]) / self.finite as f64;
+        (self.finite > 0).then(|| [mean(0), mean(1), mean(2)])
     }
 }
 

@@ -30,16 +30,14 @@ pub(super) struct View {
 impl View {
     pub fn open(step: &TimeStep, plans: &[SetPlan], cancel: &Cancel) -> Result<Self, Error> {
         let frame = FrameData::open(step, cancel)?;
-        let mut positions = frame.positions([0.0; 3], cancel)?;
-        let in_file = finite_bounds(&positions).0;
-        let origin = rounded_centre(in_file);
-        // Where the rounding to f32 would eat into the estimates, the origin is subtracted before it, as for drawing.
-        if origin.abs().max_element() > f64::from(in_file.extent().max_element()) {
-            positions = frame.positions(origin.to_array(), cancel)?;
-        } else {
-            let shift = origin.as_vec3();
-            positions.par_iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
-        }
+        // Rounding to f32 far from zero would eat into the estimates, so some point is subtracted before it. The way from there
+        // to the origin is no longer than the data, and may be subtracted after it.
+        let near = DVec3::from(frame.some_point(cancel)?);
+        let mut positions = frame.positions(near.to_array(), cancel)?;
+        let around = finite_bounds(&positions).0;
+        let origin = rounded_centre(around, near);
+        let shift = (origin - near).as_vec3();
+        positions.par_iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
         let (bounds, all_finite) = finite_bounds(&positions);
         let sets = sets::assign(plans, &frame, cancel)?;
         Ok(Self { frame, origin, positions, bounds, all_finite, sets })
@@ -101,8 +99,9 @@ fn finite_bounds(points: &[[f32; 3]]) -> (Aabb, bool) {
     points.par_chunks(1 << 14).map(of_piece).reduce(none, |a, b| (a.0.union(b.0), a.1 && b.1))
 }
 
-/// The centre of `bounds` (file space), rounded to a tenth of the extent's power of ten, so that it is a short number.
-fn rounded_centre(bounds: Aabb) -> DVec3 {
+/// The centre of `bounds` (relative to `near`, file space), rounded to a tenth of the extent's power of ten, so that it is a
+/// short number.
+fn rounded_centre(bounds: Aabb, near: DVec3) -> DVec3 {
     if bounds.is_empty() {
         return DVec3::ZERO;
     }
@@ -113,7 +112,7 @@ fn rounded_centre(bounds: Aabb) -> DVec3 {
     let round = |c: f64| {
         if exponent >= 0 { (c / scale).round() * scale } else { (c * scale).round() / scale }
     };
-    let centre = (bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5;
+    let centre = near + (bounds.min.as_dvec3() + bounds.max.as_dvec3()) * 0.5;
     // Adding zero turns -0 into 0.
     DVec3::from_array(centre.to_array().map(round)) + 0.0
 }
@@ -125,7 +124,9 @@ mod tests {
     #[test]
     fn origins_are_short_numbers() {
         let origin = |min: [f32; 3], max: [f32; 3]| {
-            rounded_centre(Aabb { min: min.into(), max: max.into() }).to_array()
+            let near = DVec3::new(0.125, -0.25, 0.0);
+            let shifted = |v: [f32; 3]| Vec3::from(v) - near.as_vec3();
+            rounded_centre(Aabb { min: shifted(min), max: shifted(max) }, near).to_array()
         };
         assert_eq!(origin([5e5, 3.4e6, -3.0], [5.01e5, 3.402e6, 9.0]), [500_500.0, 3_401_000.0, 0.0]);
         assert_eq!(origin([-0.1, 0.0, 0.013], [0.1, 0.24, 0.013]), [0.0, 0.12, 0.01]);
