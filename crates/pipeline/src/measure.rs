@@ -12,8 +12,9 @@ const SAMPLES: usize = 200_000;
 /// Share of the particles, per axis and side, that may be strays.
 const STRAYS: f64 = 5e-4;
 
-/// How far, in lengths of the box without strays, a particle may lie outside of it and still count.
-const REACH: f32 = 0.25;
+/// How far, in lengths of the box without strays, a particle may lie outside of it and still count: a jet goes as high as
+/// the water is wide, what has left the domain goes on for ever.
+const REACH: f32 = 1.0;
 
 /// Box around the particles without strays: a few that left the simulated domain must not shrink the water to a dot in the
 /// picture. Without strays it is the exact box. `positions` are world.
@@ -118,15 +119,15 @@ mod tests {
         points.push([1.0, 1.0, -500.0]);
         points.push([900.0, 1.0, 1.0]);
         let bounds = robust_bounds(&points);
-        // The bulk is 1.9 wide; a quarter of that is allowed on each side.
-        assert!(bounds.extent().max_element() < 1.9 * 1.3, "{bounds:?}");
+        // The bulk is 1.9 wide; as much is allowed on each side.
+        assert!(bounds.extent().max_element() < 1.9 * 3.01, "{bounds:?}");
     }
 
     #[test]
     fn a_splash_above_the_bulk_stays_in() {
         let mut points = lattice([20, 20, 4], 0.1);
-        points.push([1.0, 1.0, 0.7]);
-        assert_eq!(robust_bounds(&points).max.z, 0.7);
+        points.push([1.0, 1.0, 1.7]);
+        assert_eq!(robust_bounds(&points).max.z, 1.7);
     }
 
     #[test]
