@@ -2,10 +2,6 @@
 
 const PI: f32 = 3.14159265358979;
 
-fn luminance(color: vec3<f32>) -> f32 {
-    return dot(color, vec3(0.2126, 0.7152, 0.0722));
-}
-
 fn fifth_power(x: f32) -> f32 {
     let x2 = x * x;
     return x2 * x2 * x;

@@ -3,9 +3,8 @@
 
 #import meniscus::brdf::{PI, fresnel_dielectric, ggx}
 #import meniscus::camera::{Camera, project_px, px_per_world}
-#import meniscus::sky::Sky
-#import meniscus::surface::{NO_SURFACE, is_empty, unpack_normal}
-#import meniscus::surroundings::{Surroundings, Cone, surroundings_radiance}
+#import meniscus::surface::{is_empty, unpack_normal}
+#import meniscus::surroundings::{Surroundings, surroundings_radiance}
 #import meniscus::water::{WaterPoint, water_point}
 
 struct Fluid {
@@ -97,8 +96,8 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> f32 {
     return mix(near, far, near_gap / (near_gap - far_gap));
 }
 
-// Scene colour around `px`, bilinear over the samples that do not lie in front of the water; alpha 0 if all do.
-fn background(px: vec2<f32>, water_distance: f32) -> vec4<f32> {
+// Scene colour around `px`, bilinear over the samples that do not lie in front of the water; `fallback` if all do.
+fn background(px: vec2<f32>, water_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
     let corner = px - 0.5;
     let base = floor(corner);
     let f = corner - base;
@@ -113,10 +112,7 @@ fn background(px: vec2<f32>, water_distance: f32) -> vec4<f32> {
         let weight = select(0.0, weights.x * weights.y + 1e-4, behind);
         sum += weight * vec4(textureLoad(scene_color, at, 0).rgb, 1.0);
     }
-    if sum.a == 0.0 {
-        return vec4(0.0);
-    }
-    return vec4(sum.rgb / sum.a, 1.0);
+    return select(fallback, sum.rgb / max(sum.a, 1e-4), sum.a > 0.0);
 }
 
 // Differences of the normals of the four neighbours to this one: sum of squares over those that are water.
@@ -133,10 +129,6 @@ fn normal_spread(pixel: vec2<u32>, normal_view: vec3<f32>) -> f32 {
         }
     }
     return 0.25 * sum;
-}
-
-fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
-    return (camera.world_from_view * vec4(direction_view, 0.0)).xyz;
 }
 
 // Length of water between the scene seen at `px` and the sun, bilinear.
@@ -166,37 +158,31 @@ fn shadow(px: vec2<f32>) -> vec3<f32> {
     return 1.0 - share * (1.0 - exp2(-1.44269504 * extinction * path));
 }
 
-// Light that comes through the water: the refracted background, absorbed, and what the water scatters itself.
-fn transmitted(pixel: vec2<u32>, water: WaterPoint, thickness: f32) -> vec3<f32> {
+fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
+    return (camera.world_from_view * vec4(direction_view, 0.0)).xyz;
+}
+
+// Length of the refracted path in the water, and the picture point where it ends.
+struct Path {
+    length_world: f32,
+    end_px: vec2<f32>,
+}
+
+fn refracted_path(water: WaterPoint, thickness: f32) -> Path {
     let incident = -water.to_eye_view;
     let bent = refract(incident, water.normal_view, 1.0 / fluid.refractive_index);
     let direction = normalize(mix(incident, bent, fluid.refraction_scale));
-    let reach = thickness / max(dot(direction, incident), MIN_PATH_COSINE);
-    var path = 0.0;
-    if reach > 0.0 {
-        path = trace_path(water, direction, reach);
-    }
-    let exit_view = water.position_view + path * direction;
+    let reach = max(thickness, 0.0) / max(dot(direction, incident), MIN_PATH_COSINE);
+    let length_world = trace_path(water, direction, reach);
+    // What lies outside of the picture is not known: its border stands for it.
+    let end_px = project_px(camera, water.position_view + length_world * direction);
+    return Path(length_world, clamp(end_px, vec2(0.0), vec2<f32>(camera.size_px)));
+}
 
-    let px = project_px(camera, exit_view);
-    var behind = vec3(0.0);
-    if inside(px) {
-        let sample = background(px, water.distance);
-        if sample.a > 0.0 {
-            behind = sample.rgb;
-        } else {
-            behind = textureLoad(scene_color, vec2<i32>(pixel), 0).rgb;
-        }
-        behind *= shadow(px);
-    } else {
-        // Outside of the picture the objects are unknown, floor and sky are not.
-        let exit_world = (camera.world_from_view * vec4(exit_view, 1.0)).xyz;
-        let onwards = select(normalize(exit_view), vec3(0.0, 0.0, -1.0), camera.orthographic != 0u);
-        behind = surroundings_radiance(surroundings, exit_world, to_world(onwards), Cone(1.0 / px_per_world(camera, water.distance), 0.0));
-    }
-
+// Light that comes through the water: the background, absorbed, and what the water scatters itself.
+fn transmitted(behind: vec3<f32>, path_world: f32) -> vec3<f32> {
     let extinction = fluid.absorption + fluid.scattering;
-    let transmittance = exp2(-1.44269504 * extinction * path);
+    let transmittance = exp2(-1.44269504 * extinction * path_world);
     let sky = surroundings.sky;
     // Isotropic phase function: the mean radiance around, and the sun over the full sphere.
     let light = (sky.irradiance_up + sky.irradiance_down) / (2.0 * PI) + sky.sun_irradiance / (4.0 * PI);
@@ -204,12 +190,9 @@ fn transmitted(pixel: vec2<u32>, water: WaterPoint, thickness: f32) -> vec3<f32>
     return transmittance * behind + albedo * (1.0 - transmittance) * light;
 }
 
-// Radiance of a pixel that is all water.
-fn shade(pixel: vec2<u32>, distance: f32, thickness: f32, normal_bits: u32) -> vec3<f32> {
-    let water = water_point(camera, pixel, distance, normal_bits);
+// Radiance of a pixel that is all water, with `through` as the light that comes through it.
+fn shade(water: WaterPoint, spread: f32, thickness: f32, through: vec3<f32>) -> vec3<f32> {
     let sky = surroundings.sky;
-    let spread = normal_spread(pixel, water.normal_view);
-
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
     let position = (camera.world_from_view * vec4(water.position_view, 1.0)).xyz;
@@ -220,32 +203,26 @@ fn shade(pixel: vec2<u32>, distance: f32, thickness: f32, normal_bits: u32) -> v
     let level = smoothstep(0.15, 0.5, dot(normal, sky.up));
     let fall = min(dot(mirrored, sky.up), 0.0);
     mirrored = normalize(mirrored - 2.0 * level * fall * sky.up);
-    let px_world = 1.0 / px_per_world(camera, distance);
-    let environment = surroundings_radiance(surroundings, position, mirrored, Cone(px_world, 2.0 * sqrt(spread) + fluid.alpha));
+    let environment = surroundings_radiance(surroundings, position, mirrored);
 
     // The curvature that a pixel hides widens the sun's lobe (Kaplanyan et al. 2016), so that glints do not flicker.
     let alpha = min(sqrt(fluid.alpha * fluid.alpha + 0.5 * spread), 0.5);
     let n_l = dot(normal, sky.sun_direction);
-    var glint = vec3(0.0);
-    if n_l > 0.0 {
-        let half_way = normalize(sky.sun_direction + to_eye);
-        let lobe = ggx(n_l, water.n_v, max(dot(normal, half_way), 0.0), alpha);
-        glint = fresnel_dielectric(dot(to_eye, half_way), fluid.refractive_index) * lobe * n_l * sky.sun_irradiance;
-    }
+    let half_way = normalize(sky.sun_direction + to_eye);
+    let lobe = ggx(max(n_l, 1e-3), water.n_v, max(dot(normal, half_way), 0.0), alpha) * max(n_l, 0.0);
+    let glint = fresnel_dielectric(dot(to_eye, half_way), fluid.refractive_index) * lobe * sky.sun_irradiance;
 
     let fresnel = mix(fresnel_dielectric(water.n_v, fluid.refractive_index), 1.0, fluid.additional_reflection);
-    let through = transmitted(pixel, water, thickness);
-    var color = mix(through, environment, fresnel) + min(glint, vec3(40.0));
+    let clear = mix(through, environment, fresnel) + min(glint, vec3(40.0));
 
     // Thin and strongly curved is spray: many small drops scatter like a white diffuser. The cosine takes back the turning
     // that is only foreshortening, at silhouettes.
-    let per_spacing = fluid.spacing_world / px_world;
-    let turn = sqrt(spread) * per_spacing * water.n_v;
+    let turn = sqrt(spread) * fluid.spacing_world * px_per_world(camera, water.distance) * water.n_v;
     let thin = exp2(-thickness / (3.0 * max(fluid.spacing_world, 1e-30)));
     let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
     let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
     let diffuse = mix(sky.irradiance_down, sky.irradiance_up, facing_up) + (0.5 + 0.5 * n_l) * sky.sun_irradiance;
-    return mix(color, diffuse / PI, white);
+    return mix(clear, diffuse / PI, white);
 }
 
 @compute @workgroup_size(8, 8)
@@ -254,20 +231,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let index = id.y * camera.size_px.x + id.x;
-    var scene = textureLoad(scene_color, id.xy, 0);
-    let reach = textureLoad(scene_distance, id.xy, 0).x;
-    let distance = distances[index];
+    let here_px = vec2<f32>(id.xy) + 0.5;
+    let scene = textureLoad(scene_color, id.xy, 0);
     let thickness = thicknesses[index];
-    let wet = !is_empty(distance) && thickness > 0.0 && distance < reach;
-    let coverage = select(0.0, smoothstep(0.0, max(0.2 * fluid.spacing_world, 1e-30), thickness), wet);
-    if coverage < 1.0 {
-        scene *= vec4(shadow(vec2<f32>(id.xy) + 0.5), 1.0);
-    }
-    if !wet {
-        radiance[index] = scene;
+    let distance = distances[index];
+    if is_empty(distance) || thickness <= 0.0 || distance >= textureLoad(scene_distance, id.xy, 0).x {
+        radiance[index] = scene * vec4(shadow(here_px), 1.0);
         return;
     }
-    let water = shade(id.xy, distance, thickness, normals[index]);
+    let water = water_point(camera, id.xy, distance, normals[index]);
+    let path = refracted_path(water, thickness);
+    let dim = shadow(path.end_px);
+    let through = transmitted(dim * background(path.end_px, distance, scene.rgb), path.length_world);
+    let color = shade(water, normal_spread(id.xy, water.normal_view), thickness, through);
     // Less than a fraction of a particle is a soft edge, not water.
-    radiance[index] = mix(scene, vec4(water, 1.0), coverage);
+    let coverage = smoothstep(0.0, max(0.2 * fluid.spacing_world, 1e-30), thickness);
+    radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage);
 }

@@ -1,11 +1,12 @@
 // The opaque scene: a triangle over the whole picture for sky and floor, which are ray cast, then the objects' triangles.
 // Every fragment writes the exact distance along the view axis; depth is near / distance, reversed.
 
-#import meniscus::camera::{Camera, view_ray, px_per_world}
+#import meniscus::brdf::{burley_diffuse, fifth_power, ggx}
+#import meniscus::camera::{Camera, view_ray}
 #import meniscus::material::{Material, pattern_tone}
-#import meniscus::sky::sky_radiance
+#import meniscus::sky::{Sky, sky_radiance}
 #import meniscus::surface::NO_SURFACE
-#import meniscus::surroundings::{Surroundings, Cone, trace_floor, surroundings_radiance, opaque_radiance}
+#import meniscus::surroundings::{Surroundings, trace_floor, clear_share, far_radiance}
 
 struct SceneVertex {
     position_world: vec3<f32>,
@@ -52,6 +53,30 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     return Varying(clip, v.position_world, v.normal_world, -position.z, v.material, v.front_only);
 }
 
+// Radiance of an opaque surface under sun and sky towards `to_eye` (unit).
+fn lit(sky: Sky, material: Material, tone: f32, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+    let base = material.color * tone;
+    let f0 = mix(vec3(0.04), base, material.metallic);
+    let diffuse = base * (1.0 - material.metallic);
+    let n_v = max(dot(normal, to_eye), 1e-3);
+    let alpha = max(material.roughness * material.roughness, 2e-3);
+
+    let n_l = max(dot(normal, sky.sun_direction), 0.0);
+    let half_way = normalize(sky.sun_direction + to_eye);
+    let l_h = max(dot(sky.sun_direction, half_way), 0.0);
+    let fresnel = f0 + (1.0 - f0) * fifth_power(1.0 - l_h);
+    let specular = fresnel * ggx(max(n_l, 1e-3), n_v, max(dot(normal, half_way), 0.0), alpha);
+    let sun = (diffuse * burley_diffuse(n_l, n_v, l_h, material.roughness) + specular) * n_l * sky.sun_irradiance;
+
+    let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
+    let ambient = mix(sky.irradiance_down, sky.irradiance_up, facing_up);
+    // Environment specular: the analytic fit of the GGX split sum by Karis 2014, with the ambient as environment.
+    let c = vec4(-1.0, -0.0275, -0.572, 0.022) * material.roughness + vec4(1.0, 0.0425, 1.04, -0.04);
+    let a = min(c.x * c.x, exp2(-9.28 * n_v)) * c.x + c.y;
+    let scale_bias = vec2(-1.04, 1.04) * a + c.zw;
+    return sun + (diffuse + f0 * scale_bias.x + scale_bias.y) * ambient * 0.318309886;
+}
+
 @fragment
 fn fragment(in: Varying) -> Target {
     let ray = view_ray(camera, in.clip.xy);
@@ -59,41 +84,48 @@ fn fragment(in: Varying) -> Target {
     let step = (camera.world_from_view * vec4(ray.step, 0.0)).xyz;
     let per_step = length(step);
     let direction = step / per_step;
-    if in.material == BACKGROUND {
-        let px_at_one = 1.0 / camera.px_per_world_at_one;
-        // The cone of a pixel: constant width in parallel projection, none at the eye otherwise.
-        let orthographic = camera.orthographic != 0u;
-        let cone = Cone(select(0.0, px_at_one, orthographic), select(px_at_one / per_step, 0.0, orthographic));
-        let color = min(surroundings_radiance(surroundings, origin, direction, cone), vec3(60000.0));
-        let reach = trace_floor(surroundings, origin, direction);
-        if reach == NO_SURFACE {
-            return Target(vec4(color, 0.0), NO_SURFACE, 0.0);
-        }
-        let distance = reach / per_step;
-        return Target(vec4(color, 1.0), distance, min(camera.near_world / distance, 1.0));
-    }
 
+    let is_object = in.material != BACKGROUND;
     let faces_eye = dot(in.normal_world, direction) < 0.0;
-    if in.distance < camera.near_world || (in.front_only != 0u && !faces_eye) {
+    if is_object && (in.distance < camera.near_world || (in.front_only != 0u && !faces_eye)) {
         discard;
     }
-    let normal = normalize(select(-in.normal_world, in.normal_world, faces_eye));
-    let material = materials[in.material];
-    // Pattern coordinates on the plane that the normal is closest to, measured from the floor's pattern.
-    let local = in.position_world - surroundings.anchor;
-    let frame = vec3(dot(local, surroundings.east), dot(local, surroundings.north), dot(local, surroundings.sky.up)) / material.scale_world;
-    let facing = abs(vec3(dot(normal, surroundings.east), dot(normal, surroundings.north), dot(normal, surroundings.sky.up)));
-    var p = frame.xy;
-    if facing.x > max(facing.y, facing.z) {
-        p = frame.yz;
-    } else if facing.y > facing.z {
-        p = frame.xz;
+    // One surface, the floor's or the object's, so that all fragments run through the same code once.
+    var material = surroundings.floor;
+    var normal = surroundings.sky.up;
+    var reach = trace_floor(surroundings, origin, direction);
+    if is_object {
+        material = materials[in.material];
+        normal = normalize(select(-in.normal_world, in.normal_world, faces_eye));
+        reach = in.distance * per_step;
     }
-    let slant = max(abs(dot(normal, direction)), 0.05);
-    let footprint = 1.0 / (px_per_world(camera, in.distance) * material.scale_world * slant);
-    let tone = pattern_tone(material.pattern, p, vec2(footprint));
-    let lit = opaque_radiance(surroundings.sky, material, tone, normal, -direction);
-    let clear = exp2(-1.44269504 * in.distance * per_step * surroundings.haze_per_world);
-    let color = mix(sky_radiance(surroundings.sky, direction), lit, clear);
-    return Target(vec4(color, 1.0), in.distance, min(camera.near_world / in.distance, 1.0));
+    let far = far_radiance(surroundings, direction);
+    if reach == NO_SURFACE {
+        return Target(vec4(min(far, vec3(60000.0)), 0.0), NO_SURFACE, 0.0);
+    }
+
+    // Pattern coordinates on the plane of the pattern's frame that the normal is closest to.
+    let to_frame = mat3x3(surroundings.east, surroundings.north, surroundings.sky.up);
+    let place = ((origin + reach * direction - surroundings.anchor) * to_frame) / material.scale_world;
+    let along = direction * to_frame;
+    let facing = abs(normal * to_frame);
+    var p = place.xy;
+    var slope = along.xy;
+    if facing.x > max(facing.y, facing.z) {
+        p = place.yz;
+        slope = along.yz;
+    } else if facing.y > facing.z {
+        p = place.xz;
+        slope = along.xz;
+    }
+    // A pixel's cone cuts an ellipse out of the surface: its width across the ray, stretched along it.
+    let px_world = select(reach / per_step, 1.0, camera.orthographic != 0u) / camera.px_per_world_at_one;
+    let slant = max(abs(dot(normal, direction)), 1e-4);
+    let footprint = px_world / material.scale_world * sqrt(vec2(1.0) + slope * slope / (slant * slant));
+
+    let tone = pattern_tone(material, p, footprint);
+    let near = lit(surroundings.sky, material, tone, normal, -direction);
+    let color = min(mix(far, near, clear_share(surroundings, reach)), vec3(60000.0));
+    let distance = reach / per_step;
+    return Target(vec4(color, 1.0), distance, min(camera.near_world / distance, 1.0));
 }

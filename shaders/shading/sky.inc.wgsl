@@ -43,9 +43,8 @@ fn sky_radiance(sky: Sky, direction: vec3<f32>) -> vec3<f32> {
     return gradient + glow * sky.sun_irradiance;
 }
 
-// As `sky_radiance`, but ground below the horizon, with a narrow transition.
-fn sky_and_ground_radiance(sky: Sky, direction: vec3<f32>) -> vec3<f32> {
-    let height = dot(direction, sky.up);
-    let below = smoothstep(0.0, 1.0, clamp(-height * 12.0, 0.0, 1.0));
-    return mix(sky_radiance(sky, direction), sky.ground, below);
+// `sky` (from `sky_radiance`), but ground below the horizon, with a narrow transition.
+fn sky_and_ground_radiance(s: Sky, direction: vec3<f32>, sky: vec3<f32>) -> vec3<f32> {
+    let below = smoothstep(0.0, 1.0, clamp(-12.0 * dot(direction, s.up), 0.0, 1.0));
+    return mix(sky, s.ground, below);
 }

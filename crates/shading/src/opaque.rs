@@ -56,14 +56,7 @@ impl Role for Materials {
     type Element = MaterialUniform;
     const NAME: &'static str = "SceneMaterials";
     const UNIT: &'static str = "linear Rec. 709";
-    const EMPTY: MaterialUniform = MaterialUniform {
-        color: [0.0; 3],
-        roughness: 1.0,
-        metallic: 0.0,
-        pattern: 0,
-        scale_world: 1.0,
-        pad: 0.0,
-    };
+    const EMPTY: MaterialUniform = MaterialUniform::GREY;
 }
 
 /// The objects of a scene on the GPU.

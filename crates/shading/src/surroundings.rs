@@ -13,29 +13,94 @@ pub struct MaterialUniform {
     pub roughness: f32,
     /// 0 = dielectric, 1 = metal.
     pub metallic: f32,
-    /// `PATTERN_*` in WGSL.
-    pub pattern: u32,
     /// Size of the pattern's largest element, world units, > 0.
     pub scale_world: f32,
+    /// Half the width of the joints between elements, in elements, > 0.
+    pub joint_half_width: f32,
+    /// Tone of the joints; 1 = none are seen.
+    pub joint_tone: f32,
+    /// How much elements differ in tone.
+    pub element_amplitude: f32,
+    /// Noise cells per element.
+    pub coarse_frequency: f32,
+    /// Amplitude of that noise.
+    pub coarse_amplitude: f32,
+    /// Noise cells per element, second octave.
+    pub fine_frequency: f32,
+    /// Amplitude of that noise.
+    pub fine_amplitude: f32,
+    /// Pad.
+    pub pad_a: f32,
+    /// Pad.
+    pub pad_b: f32,
     /// Pad to 16 bytes.
-    pub pad: f32,
+    pub pad_c: f32,
+}
+
+impl MaterialUniform {
+    /// Rough, plain and grey.
+    pub(crate) const GREY: Self = Self {
+        color: [0.5; 3],
+        roughness: 1.0,
+        metallic: 0.0,
+        scale_world: 1.0,
+        joint_half_width: 0.01,
+        joint_tone: 1.0,
+        element_amplitude: 0.0,
+        coarse_frequency: 1.0,
+        coarse_amplitude: 0.0,
+        fine_frequency: 1.0,
+        fine_amplitude: 0.0,
+        pad_a: 0.0,
+        pad_b: 0.0,
+        pad_c: 0.0,
+    };
+
+    /// Mean of the pattern's tone.
+    fn mean_tone(&self) -> f32 {
+        let joints = 1.0 - (1.0 - 2.0 * self.joint_half_width).powi(2);
+        1.0 - joints * (1.0 - self.joint_tone)
+    }
 }
 
 impl From<&Material> for MaterialUniform {
     fn from(material: &Material) -> Self {
-        let pattern = match material.pattern {
-            Pattern::Plain => 0,
-            Pattern::Tiles => 1,
-            Pattern::Concrete => 2,
-            Pattern::Soil => 3,
-        };
-        Self {
+        let surface = Self {
             color: material.color,
             roughness: material.roughness,
             metallic: material.metallic,
-            pattern,
             scale_world: material.scale.max(f32::MIN_POSITIVE),
-            pad: 0.0,
+            ..Self::GREY
+        };
+        match material.pattern {
+            Pattern::Plain => surface,
+            Pattern::Tiles => Self {
+                joint_half_width: 0.012,
+                joint_tone: 0.52,
+                element_amplitude: 0.09,
+                coarse_frequency: 5.3,
+                coarse_amplitude: 0.035,
+                fine_frequency: 23.0,
+                fine_amplitude: 0.025,
+                ..surface
+            },
+            Pattern::Concrete => Self {
+                joint_half_width: 0.006,
+                joint_tone: 0.6,
+                element_amplitude: 0.03,
+                coarse_frequency: 2.7,
+                coarse_amplitude: 0.09,
+                fine_frequency: 61.0,
+                fine_amplitude: 0.05,
+                ..surface
+            },
+            Pattern::Soil => Self {
+                coarse_frequency: 3.1,
+                coarse_amplitude: 0.18,
+                fine_frequency: 29.0,
+                fine_amplitude: 0.16,
+                ..surface
+            },
         }
     }
 }
@@ -98,6 +163,10 @@ pub struct Surroundings {
     pub anchor: [f32; 3],
     /// 1 if there is a floor.
     pub has_floor: u32,
+    /// Radiance of the lit floor, averaged over its pattern and all directions.
+    pub floor_radiance: [f32; 3],
+    /// Pad to 16 bytes.
+    pub pad: f32,
 }
 
 impl Surroundings {
@@ -119,24 +188,24 @@ impl Surroundings {
             ..Zeroable::zeroed()
         };
         let up = sky_irradiance(&sky, frame);
-        let down = match floor {
-            Some(floor) => {
-                let sun = Vec3::from(sky.sun_irradiance) * scene.sun.direction.dot(frame.up).max(0.0);
-                Vec3::from(floor.material.color) * (sun + up)
-            }
-            None => Vec3::from(sky.ground) * std::f32::consts::PI,
-        };
+        let material = MaterialUniform::from(&floor.map(|f| f.material).unwrap_or_default());
+        let sun = Vec3::from(sky.sun_irradiance) * scene.sun.direction.dot(frame.up).max(0.0);
+        let floor_radiance =
+            Vec3::from(material.color) * material.mean_tone() * (sun + up) * std::f32::consts::FRAC_1_PI;
+        let below = if floor.is_some() { floor_radiance } else { sky.ground.into() };
         sky.irradiance_up = up.to_array();
-        sky.irradiance_down = down.to_array();
+        sky.irradiance_down = (below * std::f32::consts::PI).to_array();
         Self {
             sky,
-            floor: (&floor.map(|f| f.material).unwrap_or_default()).into(),
+            floor: material,
             east: frame.east.to_array(),
             floor_height_world: floor.map_or(0.0, |f| f.height_world),
             north: frame.north.to_array(),
             haze_per_world: 1.0 / (Self::HAZE_SIZES * scene.size_world),
             anchor: scene.anchor.to_array(),
             has_floor: floor.is_some().into(),
+            floor_radiance: floor_radiance.to_array(),
+            pad: 0.0,
         }
     }
 }
@@ -159,8 +228,22 @@ fn sky_irradiance(sky: &SkyUniform, frame: UpFrame) -> Vec3 {
 
 impl HostStruct for MaterialUniform {
     const WGSL_NAME: &'static str = "Material";
-    const FIELDS: &'static [HostField] =
-        host_fields!(MaterialUniform { color, roughness, metallic, pattern, scale_world, pad });
+    const FIELDS: &'static [HostField] = host_fields!(MaterialUniform {
+        color,
+        roughness,
+        metallic,
+        scale_world,
+        joint_half_width,
+        joint_tone,
+        element_amplitude,
+        coarse_frequency,
+        coarse_amplitude,
+        fine_frequency,
+        fine_amplitude,
+        pad_a,
+        pad_b,
+        pad_c,
+    });
 }
 
 impl HostStruct for SkyUniform {
@@ -196,6 +279,8 @@ impl HostStruct for Surroundings {
         haze_per_world,
         anchor,
         has_floor,
+        floor_radiance,
+        pad,
     });
 }
 

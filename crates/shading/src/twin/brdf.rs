@@ -1,4 +1,4 @@
-//! Fresnel, GGX and Burley's diffuse lobe.
+//! Fresnel and GGX.
 
 use std::f32::consts::PI;
 
@@ -24,12 +24,6 @@ pub fn ggx(n_l: f32, n_v: f32, n_h: f32, alpha: f32) -> f32 {
     let d = a2 / (PI * q * q);
     let v = 0.5 / (n_l * (n_v * n_v * (1.0 - a2) + a2).sqrt() + n_v * (n_l * n_l * (1.0 - a2) + a2).sqrt());
     d * v
-}
-
-/// Burley 2012 diffuse lobe without base colour, with the 1/pi.
-pub fn burley_diffuse(n_l: f32, n_v: f32, l_h: f32, roughness: f32) -> f32 {
-    let f_d90 = 0.5 + 2.0 * l_h * l_h * roughness;
-    (1.0 + (f_d90 - 1.0) * (1.0 - n_l).powi(5)) * (1.0 + (f_d90 - 1.0) * (1.0 - n_v).powi(5)) / PI
 }
 
 #[cfg(test)]

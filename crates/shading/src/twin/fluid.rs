@@ -5,7 +5,7 @@ use std::f32::consts::{LOG2_E, PI};
 use glam::{IVec2, Vec2, Vec3, Vec4};
 
 use super::brdf::{fresnel_dielectric, ggx};
-use super::surroundings::{Cone, surroundings_radiance};
+use super::surroundings::surroundings_radiance;
 use super::view::{
     is_empty, point_to_world, project_px, px_per_world, to_world, towards_eye, unpack_normal, view_position,
 };
@@ -102,7 +102,7 @@ fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach:
     cut(near, near_gap, far, far_gap)
 }
 
-fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32) -> Option<Vec3> {
+fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32, fallback: Vec3) -> Vec3 {
     let corner = px - 0.5;
     let base = corner.floor();
     let f = corner - base;
@@ -117,7 +117,7 @@ fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32) -> Option<Ve
             total += weight;
         }
     }
-    (total > 0.0).then(|| sum / total)
+    if total > 0.0 { sum / total } else { fallback }
 }
 
 fn normal_spread(input: &TwinInput<'_>, pixel: [u32; 2], normal_view: Vec3) -> f32 {
@@ -156,106 +156,88 @@ fn shadow(fluid: &FluidUniform, input: &TwinInput<'_>, px: Vec2) -> Vec3 {
     1.0 - share * (1.0 - (-LOG2_E * extinction * path).map(f32::exp2))
 }
 
-fn transmitted(
+/// Length of the refracted path in the water, and the picture point where it ends.
+fn refracted_path(
     fluid: &FluidUniform,
     input: &TwinInput<'_>,
-    pixel: [u32; 2],
     water: &WaterPoint,
     thickness: f32,
-) -> Vec3 {
-    let camera = input.camera;
+) -> (f32, Vec2) {
     let incident = -water.to_eye_view;
     let bent = refract(incident, water.normal_view, 1.0 / fluid.refractive_index);
     let direction = mix(incident, bent, fluid.refraction_scale).normalize();
-    let reach = thickness / direction.dot(incident).max(MIN_PATH_COSINE);
-    let path = if reach > 0.0 { trace_path(input, water, direction, reach) } else { 0.0 };
-    let exit_view = water.position_view + path * direction;
+    let reach = thickness.max(0.0) / direction.dot(incident).max(MIN_PATH_COSINE);
+    let length_world = trace_path(input, water, direction, reach);
+    let end_px = project_px(input.camera, water.position_view + length_world * direction);
+    (length_world, end_px.clamp(Vec2::ZERO, input.size().as_vec2()))
+}
 
-    let px = project_px(camera, exit_view);
-    let behind = if input.inside(px) {
-        let unbent = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
-        let color = background(input, px, water.distance).unwrap_or_else(|| input.scene_rgb(unbent));
-        color * shadow(fluid, input, px)
-    } else {
-        let onwards = if camera.orthographic != 0 { Vec3::NEG_Z } else { exit_view.normalize() };
-        let cone = Cone { width_world: 1.0 / px_per_world(camera, water.distance), growth: 0.0 };
-        let exit_world = point_to_world(camera, exit_view);
-        surroundings_radiance(input.surroundings, exit_world, to_world(camera, onwards), cone)
-    };
-
-    let sky = &input.surroundings.sky;
+fn transmitted(fluid: &FluidUniform, input: &TwinInput<'_>, behind: Vec3, path_world: f32) -> Vec3 {
     let extinction = Vec3::from(fluid.absorption) + fluid.scattering;
-    let transmittance = (-LOG2_E * extinction * path).map(f32::exp2);
+    let transmittance = (-LOG2_E * extinction * path_world).map(f32::exp2);
+    let sky = &input.surroundings.sky;
     let light = (Vec3::from(sky.irradiance_up) + Vec3::from(sky.irradiance_down)) / (2.0 * PI)
         + Vec3::from(sky.sun_irradiance) / (4.0 * PI);
     let albedo = fluid.scattering / extinction.max(Vec3::splat(1e-30));
     transmittance * behind + albedo * (1.0 - transmittance) * light
 }
 
-/// Radiance and coverage of `pixel`.
-pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
-    let index = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
-    let mut scene = Vec4::from(input.scene_color[index]);
-    let reach = input.scene_distance[index];
-    let (distance, thickness) = (input.distance[index], input.thickness[index]);
-    let wet = !is_empty(distance) && thickness > 0.0 && distance < reach;
-    let edge = (0.2 * fluid.spacing_world).max(1e-30);
-    let coverage = if wet { smoothstep(0.0, edge, thickness) } else { 0.0 };
-    if coverage < 1.0 {
-        let center = Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5;
-        scene *= shadow(fluid, input, center).extend(1.0);
-    }
-    if !wet {
-        return scene.to_array();
-    }
-    let water = shade(fluid, input, pixel, distance, thickness).extend(1.0);
-    (scene * (1.0 - coverage) + water * coverage).to_array()
-}
-
 fn shade(
     fluid: &FluidUniform,
     input: &TwinInput<'_>,
-    pixel: [u32; 2],
-    distance: f32,
+    water: &WaterPoint,
+    spread: f32,
     thickness: f32,
+    through: Vec3,
 ) -> Vec3 {
     let (camera, sky) = (input.camera, &input.surroundings.sky);
-    let index = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
-    let water = water_point(input, pixel, distance, input.normal[index]);
-    let spread = normal_spread(input, pixel, water.normal_view);
     let normal = to_world(camera, water.normal_view);
     let to_eye = to_world(camera, water.to_eye_view);
     let position = point_to_world(camera, water.position_view);
-    let up = Vec3::from(sky.up);
+    let (up, sun_direction) = (Vec3::from(sky.up), Vec3::from(sky.sun_direction));
 
     let mut mirrored = (-to_eye).reflect(normal);
     let level = smoothstep(0.15, 0.5, normal.dot(up));
     mirrored = (mirrored - 2.0 * level * mirrored.dot(up).min(0.0) * up).normalize();
-    let px_world = 1.0 / px_per_world(camera, distance);
-    let cone = Cone { width_world: px_world, growth: 2.0 * spread.sqrt() + fluid.alpha };
-    let environment = surroundings_radiance(input.surroundings, position, mirrored, cone);
+    let environment = surroundings_radiance(input.surroundings, position, mirrored);
 
     let alpha = (fluid.alpha * fluid.alpha + 0.5 * spread).sqrt().min(0.5);
-    let sun_direction = Vec3::from(sky.sun_direction);
     let n_l = normal.dot(sun_direction);
-    let mut glint = Vec3::ZERO;
-    if n_l > 0.0 {
-        let half_way = (sun_direction + to_eye).normalize();
-        let lobe = ggx(n_l, water.n_v, normal.dot(half_way).max(0.0), alpha);
-        let fresnel = fresnel_dielectric(to_eye.dot(half_way), fluid.refractive_index);
-        glint = fresnel * lobe * n_l * Vec3::from(sky.sun_irradiance);
-    }
+    let half_way = (sun_direction + to_eye).normalize();
+    let lobe = ggx(n_l.max(1e-3), water.n_v, normal.dot(half_way).max(0.0), alpha) * n_l.max(0.0);
+    let glint = fresnel_dielectric(to_eye.dot(half_way), fluid.refractive_index)
+        * lobe
+        * Vec3::from(sky.sun_irradiance);
 
     let reflectance = fresnel_dielectric(water.n_v, fluid.refractive_index);
     let reflectance = reflectance + (1.0 - reflectance) * fluid.additional_reflection;
-    let through = transmitted(fluid, input, pixel, &water, thickness);
-    let color = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
+    let clear = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
 
-    let turn = spread.sqrt() * (fluid.spacing_world / px_world) * water.n_v;
+    let turn = spread.sqrt() * fluid.spacing_world * px_per_world(camera, water.distance) * water.n_v;
     let thin = (-thickness / (3.0 * fluid.spacing_world.max(1e-30))).exp2();
     let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
     let facing_up = 0.5 + 0.5 * normal.dot(up);
     let diffuse = mix(sky.irradiance_down.into(), sky.irradiance_up.into(), facing_up)
         + (0.5 + 0.5 * n_l) * Vec3::from(sky.sun_irradiance);
-    mix(color, diffuse / PI, white)
+    mix(clear, diffuse / PI, white)
+}
+
+/// Radiance and coverage of `pixel`.
+pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
+    let index = input.index(IVec2::new(pixel[0] as i32, pixel[1] as i32));
+    let here_px = Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5;
+    let scene = Vec4::from(input.scene_color[index]);
+    let (distance, thickness) = (input.distance[index], input.thickness[index]);
+    if is_empty(distance) || thickness <= 0.0 || distance >= input.scene_distance[index] {
+        return (scene * shadow(fluid, input, here_px).extend(1.0)).to_array();
+    }
+    let water = water_point(input, pixel, distance, input.normal[index]);
+    let (path_world, end_px) = refracted_path(fluid, input, &water, thickness);
+    let dim = shadow(fluid, input, end_px);
+    let behind = dim * background(input, end_px, distance, scene.truncate());
+    let through = transmitted(fluid, input, behind, path_world);
+    let spread = normal_spread(input, pixel, water.normal_view);
+    let color = shade(fluid, input, &water, spread, thickness, through);
+    let coverage = smoothstep(0.0, (0.2 * fluid.spacing_world).max(1e-30), thickness);
+    (scene * dim.extend(1.0) * (1.0 - coverage) + color.extend(1.0) * coverage).to_array()
 }

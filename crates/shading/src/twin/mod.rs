@@ -3,7 +3,6 @@
 
 pub mod brdf;
 pub(crate) mod fluid;
-pub(crate) mod material;
 pub(crate) mod sky;
 pub(crate) mod surroundings;
 mod view;

@@ -18,9 +18,8 @@ pub(crate) fn sky_radiance(sky: &SkyUniform, direction: Vec3) -> Vec3 {
     gradient + glow * Vec3::from(sky.sun_irradiance)
 }
 
-/// As [`sky_radiance`], but ground below the horizon.
-pub(crate) fn sky_and_ground_radiance(sky: &SkyUniform, direction: Vec3) -> Vec3 {
-    let height = direction.dot(sky.up.into());
-    let below = smoothstep(0.0, 1.0, (-height * 12.0).clamp(0.0, 1.0));
-    mix(sky_radiance(sky, direction), sky.ground.into(), below)
+/// `sky` (from [`sky_radiance`]), but ground below the horizon.
+pub(crate) fn sky_and_ground_radiance(s: &SkyUniform, direction: Vec3, sky: Vec3) -> Vec3 {
+    let below = smoothstep(0.0, 1.0, (-12.0 * direction.dot(s.up.into())).clamp(0.0, 1.0));
+    mix(sky, s.ground.into(), below)
 }

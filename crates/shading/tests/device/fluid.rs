@@ -12,7 +12,7 @@ const SIZE: [u32; 2] = [96, 64];
 const BOUNDS: Aabb = Aabb { min: Vec3::ZERO, max: Vec3::new(2.0, 0.5, 1.0) };
 
 fn cameras() -> [Camera; 2] {
-    let perspective = Camera::fit(BOUNDS, Vec3::new(-0.4, -0.6, -0.8), Vec3::Y, 0.8, SIZE, 0.9);
+    let perspective = Camera::fit(&BOUNDS.corners(), Vec3::new(-0.4, -0.6, -0.8), Vec3::Y, 0.8, SIZE, 0.9);
     // Far enough for no ray to start below the floor.
     let parallel = Camera {
         eye: perspective.target + (perspective.eye - perspective.target) * 2.0,
@@ -195,7 +195,7 @@ fn absurd_inputs_stay_finite() {
 fn one_pixel_and_odd_sizes_work_and_repeat_bit_for_bit() {
     let gpu = gpu();
     for size in [[1, 1], [1, 7], [33, 1], [13, 9]] {
-        let camera = Camera::fit(BOUNDS, Vec3::new(-0.4, -0.6, -0.8), Vec3::Y, 0.8, size, 0.5);
+        let camera = Camera::fit(&BOUNDS.corners(), Vec3::new(-0.4, -0.6, -0.8), Vec3::Y, 0.8, size, 0.5);
         let water = cast(&CameraUniform::new(&camera, size), BOUNDS, 0.02, waves);
         let frame = Frame::plain(&camera, size, &tiled_scene(), water, [0.5; 4], NO_SURFACE);
         let image = frame.render(&gpu, &Fluid::default());

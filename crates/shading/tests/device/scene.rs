@@ -134,3 +134,55 @@ fn a_wall_is_seen_from_inside_only() {
     let index = px.y as usize * SIZE[0] as usize + px.x as usize;
     assert_eq!(without[index], with[index]);
 }
+
+fn luminance(pixel: &[f32; 4]) -> f32 {
+    0.2126 * pixel[0] + 0.7152 * pixel[1] + 0.0722 * pixel[2]
+}
+
+/// What reflections take for the floor is the mean of what is drawn.
+#[test]
+fn the_floor_seen_from_above_has_its_mean_radiance() {
+    let mut scene = tiled_scene();
+    // Not steel: a metal only mirrors, and what it mirrors depends on the view.
+    for name in Material::NAMES.into_iter().filter(|name| *name != "steel") {
+        let material = Material { scale: 0.1, ..Material::named(name).unwrap() };
+        scene.floor.as_mut().unwrap().material = material;
+        let above = Camera {
+            eye: Vec3::new(0.3, 1e-2, 0.2),
+            target: Vec3::new(0.3, 0.0, 0.2),
+            up: Vec3::NEG_Z,
+            projection: Projection::Orthographic { height_world: 1.5 },
+            near: 1e-4,
+        };
+        let drawn = scene_colors(&CameraUniform::new(&above, SIZE), &scene, NO_SURFACE);
+        let mean = drawn.iter().map(luminance).sum::<f32>() / drawn.len() as f32;
+        let [red, green, blue] = Surroundings::new(&scene).floor_radiance;
+        let expected = luminance(&[red, green, blue, 1.0]);
+        // 15 %: Burley's lobe and the specular lobes depend on direction, the mean does not.
+        assert!((mean / expected - 1.0).abs() < 0.15, "{name}: {mean}, expected {expected}");
+    }
+}
+
+/// The pattern is averaged over each pixel: towards the horizon it fades instead of flickering.
+#[test]
+fn nothing_aliases_at_the_horizon() {
+    let mut scene = tiled_scene();
+    scene.floor.as_mut().unwrap().material.scale = 0.05;
+    let level = Camera {
+        eye: Vec3::new(0.3, 1.0, 30.0),
+        target: Vec3::new(0.3, 1.0, 0.0),
+        up: Vec3::Y,
+        projection: Projection::Perspective { fovy_rad: 0.5 },
+        near: 1e-2,
+    };
+    let drawn = scene_colors(&CameraUniform::new(&level, SIZE), &scene, NO_SURFACE);
+    let (width, height) = (SIZE[0] as usize, SIZE[1] as usize);
+    // Rows just below the horizon, where a pixel covers many tiles.
+    for y in height / 2 + 1..height / 2 + 8 {
+        for x in 1..width {
+            let (a, b) = (luminance(&drawn[y * width + x - 1]), luminance(&drawn[y * width + x]));
+            // 1 %: half of what the eye can tell.
+            assert!((a / b - 1.0).abs() < 0.01, "row {y}, column {x}: {a} beside {b}");
+        }
+    }
+}
