@@ -45,14 +45,15 @@ fn draw(grid: Grid, splat: Splat) {
         var s_x = s_first.x;
         for (var x = 0; x <= columns; x++) {
             let pixel = row + u32(x);
+            let stored = atomicLoad(&nearest[pixel]);
             // The sphere's nearest point is behind what is there: nothing to win.
-            if atomicLoad(&nearest[pixel]) > front_bits {
+            if stored > front_bits {
                 let a = a_y + s_x * s_x;
                 let k = k_y + o_x * s_x;
-                let root = k * k + a * (inside - o_x * o_x);
-                let reachable = max(root, floor_squared);
-                if reachable >= 0.0 {
-                    atomicMin(&nearest[pixel], bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front)));
+                let reachable = max(k * k + a * (inside - o_x * o_x), floor_squared);
+                let bits = bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front));
+                if reachable >= 0.0 && bits < stored {
+                    atomicMin(&nearest[pixel], bits);
                 }
             }
             o_x += o_step.x;

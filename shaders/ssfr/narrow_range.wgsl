@@ -1,8 +1,9 @@
 // Narrow-range filter along one direction, slope-compensated (algorithms.md 3.7, 3.2). Works on keys: deviations from the
 // plane through the pixel are then plain differences, and what is tested and averaged.
+#import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::key::{is_gap, distance_of, key_of, key_per_distance, smaller_step, GAP}
-#import meniscus::narrow_range::{NarrowRange, sigmas, WIDENED, REACH, MAX_TAPS, LEAST_SIGMA_PX}
+#import meniscus::key::{distance_of, key_of, key_per_distance, smaller_step}
+#import meniscus::narrow_range::{NarrowRange, sigmas, clamp_behind, keep_in_front, WIDENED, REACH, MAX_TAPS, LEAST_SIGMA_PX}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> narrow: NarrowRange;
@@ -11,22 +12,16 @@
 @group(0) @binding(3) var<storage, read> unfiltered: array<f32>;
 @group(0) @binding(4) var<storage, read> source: array<f32>;
 @group(0) @binding(5) var<storage, read_write> smoothed: array<f32>;
+@group(0) @binding(6) var<storage, read> covered: CoveredPixels;
 
 // Distance of the taps that give the slope, in standard deviations: far enough apart to see the surface behind the bumps.
 const SLOPE_SIGMAS: f32 = 0.75;
 
-@compute @workgroup_size(64, 1)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
+fn smooth_pixel(id: vec2<u32>) {
     let width = i32(camera.size_px.x);
     let pixel = i32(id.y) * width + i32(id.x);
     let center = source[pixel];
     smoothed[pixel] = center;
-    if is_gap(center) {
-        return;
-    }
     let d = distance_of(camera, center);
     let r = radius[pixel];
     let sigma_px = sigmas(camera, narrow, d, r).pass_px * WIDENED;
@@ -44,8 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         slope = smaller_step(source[pixel + baseline * stride], center, source[pixel - baseline * stride]) / f32(baseline);
     }
     let per_radius = r * key_per_distance(camera, center);
-    let near = narrow.near_radii * per_radius;
-    let far = -narrow.far_radii * per_radius;
+    let range = max(narrow.range_radii * per_radius, 1e-30);
     // Just behind the surface as it was, not as earlier passes left it: else every pass would pull small things further.
     let clamped = key_of(camera, unfiltered[pixel]) - narrow.clamp_radii * per_radius - center;
     let reach_px = REACH * sigma_px;
@@ -63,11 +57,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         let rise = slope * f32(offset);
         let after = source[pixel + offset * stride] - center - rise;
         let before = source[pixel - offset * stride] - center + rise;
-        let weight = select(exp(falloff * f32(offset * offset)), 0.0, max(after, before) > near);
-        total += weight * (select(after, clamped, after < far) + select(before, clamped, before < far));
+        let weight = exp(falloff * f32(offset * offset)) * keep_in_front(max(after, before), range);
+        total += weight * (clamp_behind(after, range, clamped) + clamp_behind(before, range, clamped));
         weights += 2.0 * weight;
     }
     // Never further back than the range, which also keeps keys of near surfaces positive.
-    let last = key_of(camera, d + narrow.far_radii * r);
+    let last = key_of(camera, d + narrow.range_radii * r);
     smoothed[pixel] = max(center + total / weights, last);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    for (var i = id.x; i < covered.count; i += groups.x * 64u) {
+        smooth_pixel(unpack_pixel(covered.packed[i]));
+    }
 }

@@ -1,10 +1,12 @@
-// Distances to keys, on which the narrow-range passes work.
+// Distances to keys, on which the narrow-range passes work; with PAPER the distances themselves. Both images that the
+// passes alternate between get the gaps.
 #import meniscus::camera::Camera
 #import meniscus::key::key_of
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<storage, read> distance: array<f32>;
 @group(0) @binding(2) var<storage, read_write> key: array<f32>;
+@group(0) @binding(3) var<storage, read_write> other: array<f32>;
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -12,5 +14,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let pixel = id.y * camera.size_px.x + id.x;
-    key[pixel] = key_of(camera, distance[pixel]);
+#ifdef PAPER
+    let found = distance[pixel];
+#else
+    let found = key_of(camera, distance[pixel]);
+#endif
+    key[pixel] = found;
+    other[pixel] = found;
 }

@@ -1,7 +1,7 @@
 // Narrow-range filter as published (Truong and Yuksel 2018; algorithms.md 3.1 to 3.3), on distances. Along one direction,
 // or with SQUARE over a small square, ring by ring. Without the defects of the public codes (algorithms.md 3.6).
+#import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::surface::is_empty
 #import meniscus::narrow_range::{NarrowRange, sigmas, WIDENED, REACH, MAX_TAPS, LEAST_SIGMA_PX}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -9,6 +9,7 @@
 @group(0) @binding(2) var<storage, read> radius: array<f32>;
 @group(0) @binding(3) var<storage, read> source: array<f32>;
 @group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
+@group(0) @binding(5) var<storage, read> covered: CoveredPixels;
 
 struct Range {
     low: f32,
@@ -16,33 +17,25 @@ struct Range {
 }
 
 // Whether `d` belongs to the surface, which then may slope on from there (dynamic range, 3.3).
-fn accept(range: ptr<function, Range>, d: f32, near: f32, far: f32) -> bool {
+fn accept(range: ptr<function, Range>, d: f32, delta: f32) -> bool {
     let is_same = d >= (*range).low && d <= (*range).high;
     if is_same {
-        (*range).low = min((*range).low, d - near);
-        (*range).high = max((*range).high, d + far);
+        (*range).low = min((*range).low, d - delta);
+        (*range).high = max((*range).high, d + delta);
     }
     return is_same;
 }
 
-@compute @workgroup_size(64, 1)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
+fn smooth_pixel(id: vec2<u32>) {
     let width = i32(camera.size_px.x);
     let pixel = i32(id.y) * width + i32(id.x);
     let center = source[pixel];
     smoothed[pixel] = center;
-    if is_empty(center) {
-        return;
-    }
     let r = radius[pixel];
-    let near = narrow.near_radii * r;
-    let far = narrow.far_radii * r;
+    let delta = narrow.range_radii * r;
     let clamped = center + narrow.clamp_radii * r;
     let widths = sigmas(camera, narrow, center, r);
-    let at = vec2<i32>(id.xy);
+    let at = vec2<i32>(id);
     let last = vec2<i32>(camera.size_px) - 1;
     // Sums of differences to the centre: those of the distances themselves would be rounded ten times more coarsely.
     var total = 0.0;
@@ -51,7 +44,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let sigma_px = widths.clean_px;
     let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
     // The inner ring slopes on into the outer one, the same way for all of a ring.
-    var inner = Range(center - near, center + far);
+    var inner = Range(center - delta, center + delta);
     var outer = inner;
     for (var ring = 1; ring <= 2; ring++) {
         for (var i = 0; i < 2 * ring; i++) {
@@ -69,8 +62,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
                             let d = select(after, before, s == 1);
                             let is_same = d <= inner.high;
                             if is_same {
-                                outer.low = min(outer.low, d - near);
-                                outer.high = max(outer.high, d + far);
+                                outer.low = min(outer.low, d - delta);
+                                outer.high = max(outer.high, d + delta);
                             }
                             total += weight * (select(clamped, d, is_same) - center);
                         }
@@ -92,7 +85,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let step = max(1.0, reach_px / MAX_TAPS);
     let taps = i32(min(ceil(reach_px), MAX_TAPS));
     let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
-    var range_after = Range(center - near, center + far);
+    var range_after = Range(center - delta, center + delta);
     var range_before = range_after;
     for (var k = 1; k <= taps; k++) {
         let offset = i32(round(f32(k) * step));
@@ -104,8 +97,8 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // In front: another surface, which hides part of ours; its mirrored sample goes with it (3.2).
         if after >= range_after.low && before >= range_before.low {
             let weight = exp(falloff * f32(offset * offset));
-            let value_after = select(clamped, after, accept(&range_after, after, near, far));
-            let value_before = select(clamped, before, accept(&range_before, before, near, far));
+            let value_after = select(clamped, after, accept(&range_after, after, delta));
+            let value_before = select(clamped, before, accept(&range_before, before, delta));
             total += weight * ((value_after - center) + (value_before - center));
             weights += 2.0 * weight;
         }
@@ -114,5 +107,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     if is_used {
         smoothed[pixel] = center + total / weights;
+    }
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    for (var i = id.x; i < covered.count; i += groups.x * 64u) {
+        smooth_pixel(unpack_pixel(covered.packed[i]));
     }
 }

@@ -1,13 +1,15 @@
 // View-space normals from distances (algorithms.md 7). Along each axis the difference is taken on the side on which the
 // surface continues: where extrapolation from two pixels predicts this one best.
+#import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::{Camera, view_ray}
 #import meniscus::key::{key_of, is_gap, key_per_distance, GAP}
-#import meniscus::surface::{is_empty, pack_normal}
+#import meniscus::surface::pack_normal
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<storage, read> distance: array<f32>;
 @group(0) @binding(2) var<storage, read> radius: array<f32>;
 @group(0) @binding(3) var<storage, read_write> normal: array<u32>;
+@group(0) @binding(4) var<storage, read> covered: CoveredPixels;
 
 // Error, in radii, below which both sides count as the same surface and are averaged.
 const NOISE_RADII: f32 = 0.02;
@@ -48,17 +50,9 @@ fn slope(center: f32, at: u32, last: u32, pixel: u32, stride: u32, noise: f32) -
     return (after.difference * after.weight + before.difference * before.weight) / weight;
 }
 
-@compute @workgroup_size(64, 1)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
+fn normal_at(id: vec2<u32>) {
     let pixel = id.y * camera.size_px.x + id.x;
     let d = distance[pixel];
-    if is_empty(d) {
-        normal[pixel] = 0u;
-        return;
-    }
     let is_parallel = camera.orthographic != 0u;
     let center = key_at(pixel, true);
     let noise = max(NOISE_RADII * radius[pixel], 4e-7 * d) * key_per_distance(camera, center);
@@ -67,7 +61,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let per_px = vec2(slope(center, id.x, last.x, pixel, 1u, noise), slope(center, id.y, last.y, pixel, width, noise));
     // Key per plane coordinate: tangents (perspective) or world units.
     let gradient = per_px / (2.0 * camera.half_extent / vec2<f32>(camera.size_px)) * vec2(1.0, -1.0);
-    let ray = view_ray(camera, vec2<f32>(id.xy) + 0.5);
+    let ray = view_ray(camera, vec2<f32>(id) + 0.5);
     // The plane n.x = c seen along the ray d (s, -1) has 1/d = (n.xy . s - n.z) / c, hence n.xy/c is the gradient of 1/d.
     // In parallel projection n.xy . o - n.z d = c, so that -n.xy/n.z is the gradient of -d.
     var n = vec3(gradient, dot(gradient, ray.step.xy) - center);
@@ -81,4 +75,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         n = normalize(n + (GRAZING - cosine) * to_eye);
     }
     normal[pixel] = pack_normal(n);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    for (var i = id.x; i < covered.count; i += groups.x * 64u) {
+        normal_at(unpack_pixel(covered.packed[i]));
+    }
 }

@@ -65,8 +65,12 @@ fn relative_radius(packed: u32) -> f32 {
     return bitcast<f32>((packed >> 16u) << 13u) * 0x1p+112f;
 }
 
+// With UNIFORM every particle is known to be kept and to have the set's radius.
 fn splat_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep: u32) -> Splat {
     let p = (camera.view_from_world * vec4(particle.position_world, 1.0)).xyz;
+#ifdef UNIFORM
+    return Splat(vec3(p.xy, -p.z), splats.radius_world, splats.volume_world);
+#else
     let relative = relative_radius(particle.packed);
     let chosen = kept(particle.packed, keep);
     return Splat(
@@ -74,6 +78,7 @@ fn splat_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep: u3
         splats.radius_world * relative * chosen.radius,
         splats.volume_world * relative * relative * relative * chosen.weight,
     );
+#endif
 }
 
 // A splat that reaches before the near distance is not drawn at all; that also keeps the eye outside of every splat.

@@ -10,7 +10,10 @@ struct Thickness {
     sigma_spacings: f32,
     // Spacing of the particles per drawn radius.
     spacing_per_radius: f32,
-    pad: vec2<f32>,
+    // From this half size in blocks on a sphere's profile is sampled. Smaller splats are shared out between the four
+    // nearest blocks: samples would depend on where in the block the centre lies.
+    profile_half_px: f32,
+    pad: f32,
 }
 
 // From here on a sum takes no more: half of the range, so that additions in flight never wrap.

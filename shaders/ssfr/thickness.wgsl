@@ -13,9 +13,6 @@
 @group(0) @binding(6) var<storage, read_write> sum: array<atomic<u32>>;
 
 const LANES: u32 = 64u;
-// From this half size in pixels on the sphere's profile is sampled; below, its samples would depend on where in the pixel
-// the centre lies (by up to 7 % at 2 px), so the volume is shared out between the four nearest pixels instead.
-const PROFILE_HALF_PX: f32 = 2.0;
 const SPHERE_VOLUME: f32 = 4.18879020;
 
 fn add(pixel: u32, steps: f32) {
@@ -86,7 +83,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         let splat = splat_of(camera, splats, particle, range.keep);
         if is_drawn(camera, splat) {
             let box = footprint(grid, splat);
-            if max(box.half_px.x, box.half_px.y) < PROFILE_HALF_PX {
+            if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
                 draw_point(grid, splat, box.center_px, dither(particle));
             } else {
                 draw_profile(grid, splat, box.first, box.last);

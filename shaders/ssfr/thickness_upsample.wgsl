@@ -1,6 +1,6 @@
 // Joint upsampling of the reduced thickness: bilinear between the blocks that show the same surface as the pixel.
+#import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::surface::is_empty
 #import meniscus::thickness::Thickness
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -11,24 +11,17 @@
 @group(0) @binding(5) var<storage, read> covered: array<f32>;
 @group(0) @binding(6) var<storage, read> smoothed: array<vec2<f32>>;
 @group(0) @binding(7) var<storage, read_write> length_world: array<f32>;
+@group(0) @binding(8) var<storage, read> covered_pixels: CoveredPixels;
 
 // Distance, in radii, at which a block counts half as much.
 const SAME_SURFACE_RADII: f32 = 4.0;
 // What a block of another surface still counts, so that there is always an answer.
 const LEAST: f32 = 1e-4;
 
-@compute @workgroup_size(64, 1)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
+fn upsample(id: vec2<u32>) {
     let pixel = id.y * camera.size_px.x + id.x;
     let d = distance[pixel];
-    if is_empty(d) {
-        length_world[pixel] = 0.0;
-        return;
-    }
-    let corner = (vec2<f32>(id.xy) + 0.5) / f32(thickness.scale) - 0.5;
+    let corner = (vec2<f32>(id) + 0.5) / f32(thickness.scale) - 0.5;
     let base = floor(corner);
     let part = corner - base;
     let last = vec2<i32>(thickness.size_px) - 1;
@@ -50,4 +43,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     // A surface is at least one step thick.
     length_world[pixel] = max(total / max(weights, 1e-20), thickness.world_per_step);
+}
+
+@compute @workgroup_size(64)
+fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    for (var i = id.x; i < covered_pixels.count; i += groups.x * 64u) {
+        upsample(unpack_pixel(covered_pixels.packed[i]));
+    }
 }

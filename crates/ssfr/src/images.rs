@@ -1,5 +1,5 @@
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch, Thickness, ViewNormal};
-use meniscus_gpu::{Gpu, GpuError, Image};
+use meniscus_gpu::{Buffer, Gpu, GpuError, Image};
 
 use crate::SsfrParams;
 
@@ -19,6 +19,8 @@ pub struct SurfaceImages {
     /// Bits of the nearest distance while splats are drawn, then room for the filter.
     pub(crate) nearest: Image<Scratch>,
     pub(crate) scratch: Image<Scratch>,
+    /// The pixels that show fluid; `shaders/ssfr/covered.inc.wgsl`.
+    pub(crate) covered: Buffer<Scratch>,
     pub(crate) reduced: ReducedImages,
 }
 
@@ -51,6 +53,7 @@ impl SurfaceImages {
             unfiltered: Image::new(gpu, size)?,
             nearest: Image::new(gpu, size)?,
             scratch: Image::new(gpu, size)?,
+            covered: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
             reduced: ReducedImages::new(gpu, size, params.thickness.scale)?,
         })
     }

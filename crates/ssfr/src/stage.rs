@@ -79,6 +79,7 @@ impl Ssfr {
                 source: &images.unfiltered,
                 radius: &images.radius,
                 target: &images.distance,
+                covered: &images.covered,
                 scratch: [&images.nearest, &images.scratch],
                 spacing_per_radius: common.spacing_per_radius,
             },

@@ -6,7 +6,7 @@ use common::{gpu, is_fluid, parallel, perspective};
 use glam::DVec3;
 use meniscus_core::Camera;
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Timing};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Timing};
 use meniscus_ssfr::filter::HostSurface;
 use meniscus_ssfr::twin::HostView;
 use meniscus_ssfr::{FilterChoice, FilterImages, FilterRegistry, SurfaceFilter};
@@ -41,7 +41,13 @@ fn run(
     let radii: Vec<f32> = distance.iter().map(|&d| if is_fluid(d) { radius } else { 0.0 }).collect();
     let source = Image::<EyeDistance>::from_pixels(gpu, size, distance).unwrap();
     let radius_image = Image::<EffectiveRadius>::from_pixels(gpu, size, &radii).unwrap();
-    let target = Image::<EyeDistance>::new(gpu, size).unwrap();
+    let target = Image::<EyeDistance>::from_pixels(gpu, size, &vec![NO_SURFACE; distance.len()]).unwrap();
+    let fluid = (0..distance.len() as u32).filter(|&i| is_fluid(distance[i as usize]));
+    let mut covered: Vec<u32> = fluid.map(|i| i % size[0] | (i / size[0]) << 16).collect();
+    covered.insert(0, covered.len() as u32);
+    // A binding has room for at least one pixel.
+    covered.push(0);
+    let covered = Buffer::<Scratch>::from_slice(gpu, &covered).unwrap();
     let scratch = [Image::<Scratch>::new(gpu, size).unwrap(), Image::<Scratch>::new(gpu, size).unwrap()];
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     let camera = recorder.uniform(&uniform);
@@ -49,6 +55,7 @@ fn run(
         source: &source,
         radius: &radius_image,
         target: &target,
+        covered: &covered,
         scratch: [&scratch[0], &scratch[1]],
         spacing_per_radius: SPACING_PER_RADIUS,
     };

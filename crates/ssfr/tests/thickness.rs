@@ -63,7 +63,8 @@ fn far_water_keeps_its_volume() {
         camera.projection = Projection::Perspective { fovy_rad: 1.0 };
         let scene = Scene::new(camera, [256, 256], &body.positions, 0.0625, 0.1);
         let set = [scene.host_set()];
-        let exact: f64 = twin::thickness_sum(&scene.view(), &set, &scene.scene_distance, 1).iter().sum();
+        let exact: f64 =
+            twin::thickness_sum(&scene.view(), &set, &scene.scene_distance, (1, 2.0)).iter().sum();
         let frame = scene.render(&gpu, &params("none", 1, 0.0));
         let found: f64 = frame.thickness.iter().map(|&t| f64::from(t)).sum();
         let pixel = 2.0 * 0.5f64.tan() / 256.0 * f64::from(distance);
@@ -86,7 +87,13 @@ fn thickness_agrees_with_its_twin() {
             }
             let frame = scene.render(&gpu, &params("none", scale, smoothing));
             let view = scene.view();
-            let sum = twin::thickness_sum(&view, &[scene.host_set()], &scene.scene_distance, scale as usize);
+            let profile = params("none", scale, smoothing).thickness.profile_half_px().into();
+            let sum = twin::thickness_sum(
+                &view,
+                &[scene.host_set()],
+                &scene.scene_distance,
+                (scale as usize, profile),
+            );
             let expected = twin::thickness_smooth(
                 &view,
                 &sum,

@@ -5,7 +5,7 @@ mod none;
 mod registry;
 
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch};
-use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder};
+use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Image, Recorder};
 
 pub(crate) use narrow_range::directions;
 pub use narrow_range::{NarrowRange, NarrowRangeParams, NarrowRangeVariant};
@@ -19,8 +19,12 @@ pub struct FilterImages<'a> {
     pub source: &'a Image<EyeDistance>,
     /// Drawn radius of the particle visible in a pixel.
     pub radius: &'a Image<EffectiveRadius>,
-    /// Where the smoothed distance goes: [`NO_SURFACE`](meniscus_gpu::role::NO_SURFACE) exactly where `source` has it.
+    /// Where the smoothed distance goes: [`NO_SURFACE`](meniscus_gpu::role::NO_SURFACE) exactly where `source` has it. It
+    /// is there already, so that only the covered pixels need to be written.
     pub target: &'a Image<EyeDistance>,
+    /// The pixels that show fluid, as `meniscus::covered::CoveredPixels` of `shaders/ssfr/covered.inc.wgsl`: their number,
+    /// then x + 65536 y for each, in no particular order.
+    pub covered: &'a Buffer<Scratch>,
     /// Room for intermediate results; contents do not matter, before or after.
     pub scratch: [&'a Image<Scratch>; 2],
     /// Distance of neighbouring particles per drawn radius: the bumps to remove are `radius * spacing_per_radius` long.

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{FilterImages, HostSurface, SurfaceFilter};
 use crate::params::check_range;
-use crate::passes::{pipeline, pipeline_with};
+use crate::passes::{over_covered, pipeline, pipeline_with};
 use crate::{SsfrError, twin};
 
 /// Which form of the narrow-range filter.
@@ -33,7 +33,8 @@ pub struct NarrowRangeParams {
     pub sigma: f32,
     /// Passes over rows and columns, 1 to 16; their variances add up to that of `sigma`.
     pub iterations: u32,
-    /// Depth range in drawn radii, 0.1 to 1000: what is further in front or behind is another surface.
+    /// Depth range in drawn radii, 0.1 to 1000: what is further in front or behind is another surface. The
+    /// slope-compensated form fades over the outer half of the range.
     pub threshold: f32,
     /// How far behind, in drawn radii, what lies beyond the range is taken to be, 0 to 10: rounds silhouettes.
     pub clamp: f32,
@@ -41,7 +42,7 @@ pub struct NarrowRangeParams {
 
 impl Default for NarrowRangeParams {
     fn default() -> Self {
-        Self { variant: Default::default(), sigma: 1.0, iterations: 2, threshold: 6.0, clamp: 1.0 }
+        Self { variant: Default::default(), sigma: 1.0, iterations: 2, threshold: 8.0, clamp: 1.0 }
     }
 }
 
@@ -66,9 +67,9 @@ struct NarrowRangeUniform {
     sigma_spacings: f32,
     spacing_per_radius: f32,
     iterations: f32,
-    near_radii: f32,
-    far_radii: f32,
+    range_radii: f32,
     clamp_radii: f32,
+    pad: f32,
 }
 
 impl HostStruct for NarrowRangeUniform {
@@ -78,9 +79,9 @@ impl HostStruct for NarrowRangeUniform {
         sigma_spacings,
         spacing_per_radius,
         iterations,
-        near_radii,
-        far_radii,
+        range_radii,
         clamp_radii,
+        pad,
     });
 }
 
@@ -90,6 +91,7 @@ pub struct NarrowRange {
     key: ComputePipeline,
     along: ComputePipeline,
     clean: ComputePipeline,
+    paper_key: ComputePipeline,
     paper_along: ComputePipeline,
     paper_clean: ComputePipeline,
 }
@@ -104,12 +106,14 @@ impl NarrowRange {
     /// A parameter out of range, or a shader that the driver does not take.
     pub fn new(gpu: &Gpu, params: NarrowRangeParams) -> Result<Self, SsfrError> {
         params.validate()?;
+        let paper = Definition { name: "PAPER", value: 1 };
         let square = Definition { name: "SQUARE", value: 1 };
         Ok(Self {
             params,
             key: pipeline(gpu, shader!("ssfr/narrow_range_key"))?,
             along: pipeline(gpu, shader!("ssfr/narrow_range"))?,
             clean: pipeline(gpu, shader!("ssfr/narrow_range_clean"))?,
+            paper_key: pipeline_with(gpu, shader!("ssfr/narrow_range_key"), &[paper])?,
             paper_along: pipeline(gpu, shader!("ssfr/narrow_range_paper"))?,
             paper_clean: pipeline_with(gpu, shader!("ssfr/narrow_range_paper"), &[square])?,
         })
@@ -121,9 +125,9 @@ impl NarrowRange {
             sigma_spacings: self.params.sigma,
             spacing_per_radius,
             iterations: self.params.iterations as f32,
-            near_radii: self.params.threshold,
-            far_radii: self.params.threshold,
+            range_radii: self.params.threshold,
             clamp_radii: self.params.clamp,
+            pad: 0.0,
         }
     }
 }
@@ -134,7 +138,8 @@ impl SurfaceFilter for NarrowRange {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let pixels = Dispatch::Pixels(images.source.size());
+        let size = images.source.size();
+        let pixels = over_covered(size);
         let is_paper = self.params.variant == NarrowRangeVariant::Paper;
         let (along, clean, out) = if is_paper {
             (&self.paper_along, &self.paper_clean, "smoothed")
@@ -142,14 +147,16 @@ impl SurfaceFilter for NarrowRange {
             (&self.along, &self.clean, "distance")
         };
         let unfiltered = images.source.bind();
-        let mut current = unfiltered.clone();
         let [mut next, mut other] = images.scratch.map(|image| image.bind());
-        if !is_paper {
-            let bindings =
-                [("camera", camera.clone()), ("distance", unfiltered.clone()), ("key", other.clone())];
-            recorder.compute(gpu, "ssfr.narrow_range_key", &self.key, &bindings, pixels);
-            current = other.clone();
-        }
+        let key = if is_paper { &self.paper_key } else { &self.key };
+        let bindings = [
+            ("camera", camera.clone()),
+            ("distance", unfiltered.clone()),
+            ("key", other.clone()),
+            ("other", next.clone()),
+        ];
+        recorder.compute(gpu, "ssfr.narrow_range_key", key, &bindings, Dispatch::Pixels(size));
+        let mut current = other.clone();
         let common = |recorder: &mut Recorder, direction, source| {
             let uniform = self.uniform(images.spacing_per_radius, direction);
             let mut bindings = vec![
@@ -157,6 +164,7 @@ impl SurfaceFilter for NarrowRange {
                 ("narrow", recorder.uniform(&uniform)),
                 ("radius", images.radius.bind()),
                 ("source", source),
+                ("covered", images.covered.bind()),
             ];
             if !is_paper {
                 bindings.push(("unfiltered", unfiltered.clone()));

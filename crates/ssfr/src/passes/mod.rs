@@ -4,7 +4,9 @@ mod normal;
 mod surface;
 mod thickness;
 
-use meniscus_gpu::{ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, Shader, shader};
+use meniscus_gpu::{
+    ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, Shader, shader,
+};
 
 pub(crate) use normal::NormalPass;
 pub(crate) use surface::SurfacePasses;
@@ -15,6 +17,7 @@ pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/splat"),
     shader!(include "ssfr/thickness"),
     shader!(include "ssfr/key"),
+    shader!(include "ssfr/covered"),
     shader!(include "ssfr/narrow_range"),
 ];
 
@@ -28,4 +31,11 @@ pub(crate) fn pipeline_with(
     definitions: &[Definition],
 ) -> Result<ComputePipeline, GpuError> {
     gpu.compute_pipeline(&ComputePipelineDescriptor { shader, includes: INCLUDES, definitions })
+}
+
+/// Dispatch of a pass over the list of covered pixels (`shaders/ssfr/covered.inc.wgsl`), whose length only the GPU knows:
+/// 65,536 invocations keep every GPU busy and cost a software driver little when there is less to do.
+pub(crate) fn over_covered(size: [u32; 2]) -> Dispatch {
+    let pixels = u64::from(size[0]) * u64::from(size[1]);
+    Dispatch::Groups(pixels.div_ceil(64).min(1024))
 }

@@ -1,6 +1,6 @@
-use meniscus_gpu::{Binding, ComputePipeline, Dispatch, Gpu, GpuError, Recorder, shader};
+use meniscus_gpu::{Binding, ComputePipeline, Gpu, GpuError, Recorder, shader};
 
-use super::pipeline;
+use super::{over_covered, pipeline};
 use crate::SurfaceImages;
 
 /// Normals of the smoothed surface.
@@ -25,7 +25,8 @@ impl NormalPass {
             ("distance", images.distance.bind()),
             ("radius", images.radius.bind()),
             ("normal", images.normal.bind()),
+            ("covered", images.covered.bind()),
         ];
-        recorder.compute(gpu, "ssfr.normal", &self.normal, &bindings, Dispatch::Pixels(images.size()));
+        recorder.compute(gpu, "ssfr.normal", &self.normal, &bindings, over_covered(images.size()));
     }
 }

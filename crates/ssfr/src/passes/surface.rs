@@ -1,14 +1,16 @@
 use meniscus_gpu::role::SceneDistance;
-use meniscus_gpu::{Binding, ComputePipeline, Dispatch, Gpu, GpuError, Recorder, Texture, shader};
+use meniscus_gpu::{
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader, Texture, shader,
+};
 
-use super::pipeline;
+use super::{pipeline, pipeline_with};
 use crate::splats::{Common, SplatUniform};
 use crate::{SplatSet, SurfaceImages};
 
 /// Distance and radius of the nearest sphere.
 pub(crate) struct SurfacePasses {
     limit: ComputePipeline,
-    depth: ComputePipeline,
+    depth: SplatPipelines,
     radius: ComputePipeline,
     surface: ComputePipeline,
 }
@@ -17,7 +19,7 @@ impl SurfacePasses {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             limit: pipeline(gpu, shader!("ssfr/limit"))?,
-            depth: pipeline(gpu, shader!("ssfr/depth"))?,
+            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"))?,
             radius: pipeline(gpu, shader!("ssfr/radius"))?,
             surface: pipeline(gpu, shader!("ssfr/surface"))?,
         })
@@ -43,32 +45,33 @@ impl SurfacePasses {
                 ("camera", camera.clone()),
                 ("scene_distance", scene_distance.bind()),
                 ("nearest", images.nearest.bind()),
+                ("covered", images.covered.bind()),
             ],
             Dispatch::Pixels(size),
         );
-        each_page(recorder, sets, common, |recorder, set, particles, ranges, groups| {
+        each_page(recorder, sets, common, |recorder, page| {
             let bindings = [
                 ("camera", camera.clone()),
-                ("splats", set),
-                ("particles", particles),
-                ("ranges", ranges),
+                ("splats", page.splats),
+                ("particles", page.particles),
+                ("ranges", page.ranges),
                 ("nearest", images.nearest.bind()),
             ];
-            recorder.compute(gpu, "ssfr.depth", &self.depth, &bindings, groups);
+            recorder.compute(gpu, "ssfr.depth", self.depth.of(page.is_uniform), &bindings, page.groups);
         });
         if common.uniform_radius_world.is_none() {
             let pixels = size[0] as usize * size[1] as usize;
             recorder.clear(gpu, "ssfr.radius", images.radius.buffer(), pixels);
-            each_page(recorder, sets, common, |recorder, set, particles, ranges, groups| {
+            each_page(recorder, sets, common, |recorder, page| {
                 let bindings = [
                     ("camera", camera.clone()),
-                    ("splats", set),
-                    ("particles", particles),
-                    ("ranges", ranges),
+                    ("splats", page.splats),
+                    ("particles", page.particles),
+                    ("ranges", page.ranges),
                     ("nearest", images.nearest.bind()),
                     ("radius", images.radius.bind()),
                 ];
-                recorder.compute(gpu, "ssfr.radius", &self.radius, &bindings, groups);
+                recorder.compute(gpu, "ssfr.radius", &self.radius, &bindings, page.groups);
             });
         }
         let uniform = recorder.uniform(&[common.uniform_radius_world.unwrap_or(0.0), 0.0, 0.0, 0.0]);
@@ -81,31 +84,67 @@ impl SurfacePasses {
                 ("surface", uniform),
                 ("scene_distance", scene_distance.bind()),
                 ("nearest", images.nearest.bind()),
-                ("distance", images.unfiltered.bind()),
+                ("unfiltered", images.unfiltered.bind()),
                 ("radius", images.radius.bind()),
+                ("distance", images.distance.bind()),
+                ("length_world", images.thickness.bind()),
+                ("normal", images.normal.bind()),
+                ("covered", images.covered.bind()),
             ],
             Dispatch::Pixels(size),
         );
     }
 }
 
-/// Calls `record` for every page of every set with the set's uniform, particles, ranges, and one workgroup per range.
+/// A splat pass, compiled for sets of one radius and for all others.
+pub(super) struct SplatPipelines {
+    uniform: ComputePipeline,
+    general: ComputePipeline,
+}
+
+impl SplatPipelines {
+    pub(super) fn new(gpu: &Gpu, shader: Shader) -> Result<Self, GpuError> {
+        let uniform = Definition { name: "UNIFORM", value: 1 };
+        Ok(Self { uniform: pipeline_with(gpu, shader, &[uniform])?, general: pipeline(gpu, shader)? })
+    }
+
+    pub(super) fn of(&self, is_uniform: bool) -> &ComputePipeline {
+        if is_uniform { &self.uniform } else { &self.general }
+    }
+}
+
+/// What a splat pass binds of one page, and one workgroup per range.
+pub(super) struct PageBindings {
+    pub(super) splats: Binding,
+    pub(super) particles: Binding,
+    pub(super) ranges: Binding,
+    pub(super) is_uniform: bool,
+    pub(super) groups: Dispatch,
+}
+
+/// Calls `record` for every page of every set.
 pub(super) fn each_page(
     recorder: &mut Recorder,
     sets: &[SplatSet<'_>],
     common: &Common,
-    mut record: impl FnMut(&mut Recorder, Binding, Binding, Binding, Dispatch),
+    mut record: impl FnMut(&mut Recorder, PageBindings),
 ) {
     for set in sets {
         for page in set.pages {
-            let uniform = recorder.uniform(&SplatUniform {
+            let splats = recorder.uniform(&SplatUniform {
                 radius_world: set.radius_world,
                 volume_world: set.volume_world,
                 steps_per_world: common.steps_per_world,
                 range_count: page.ranges.len() as u32,
             });
-            let groups = Dispatch::Groups(page.ranges.len() as u64);
-            record(recorder, uniform, page.particles.bind(), page.ranges.bind(), groups);
+            let bindings = PageBindings {
+                splats,
+                particles: page.particles.bind(),
+                ranges: page.ranges.bind(),
+                is_uniform: set.uniform_radius,
+                groups: Dispatch::Groups(page.ranges.len() as u64),
+            };
+            record(recorder, bindings);
         }
     }
 }

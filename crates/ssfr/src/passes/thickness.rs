@@ -5,8 +5,8 @@ use meniscus_gpu::{
     shader,
 };
 
-use super::surface::each_page;
-use super::{pipeline, pipeline_with};
+use super::surface::{SplatPipelines, each_page};
+use super::{over_covered, pipeline, pipeline_with};
 use crate::splats::Common;
 use crate::{SplatSet, SsfrParams, SurfaceImages};
 
@@ -19,7 +19,8 @@ pub(crate) struct ThicknessUniform {
     world_per_step: f32,
     sigma_spacings: f32,
     spacing_per_radius: f32,
-    pad: [f32; 2],
+    profile_half_px: f32,
+    pad: f32,
 }
 
 impl HostStruct for ThicknessUniform {
@@ -30,6 +31,7 @@ impl HostStruct for ThicknessUniform {
         world_per_step,
         sigma_spacings,
         spacing_per_radius,
+        profile_half_px,
         pad,
     });
 }
@@ -37,7 +39,7 @@ impl HostStruct for ThicknessUniform {
 /// Length of fluid along the ray: summed at reduced size, smoothed, brought back to full size.
 pub(crate) struct ThicknessPasses {
     prepare: ComputePipeline,
-    thickness: ComputePipeline,
+    thickness: SplatPipelines,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
     upsample: ComputePipeline,
@@ -48,7 +50,7 @@ impl ThicknessPasses {
         let first = Definition { name: "FIRST", value: 1 };
         Ok(Self {
             prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
-            thickness: pipeline(gpu, shader!("ssfr/thickness"))?,
+            thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"))?,
             smooth_rows: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[first])?,
             smooth_columns: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample"))?,
@@ -74,7 +76,8 @@ impl ThicknessPasses {
             world_per_step: 1.0 / common.steps_per_world,
             sigma_spacings: params.thickness.smoothing,
             spacing_per_radius: common.spacing_per_radius,
-            pad: [0.0; 2],
+            profile_half_px: params.thickness.profile_half_px(),
+            pad: 0.0,
         });
         let pixels = Dispatch::Pixels(reduced.size);
         recorder.compute(
@@ -95,17 +98,23 @@ impl ThicknessPasses {
             ],
             pixels,
         );
-        each_page(recorder, sets, common, |recorder, set, particles, ranges, groups| {
+        each_page(recorder, sets, common, |recorder, page| {
             let bindings = [
                 ("camera", camera.clone()),
-                ("splats", set),
+                ("splats", page.splats),
                 ("thickness", thickness.clone()),
-                ("particles", particles),
-                ("ranges", ranges),
+                ("particles", page.particles),
+                ("ranges", page.ranges),
                 ("limit", reduced.limit.bind()),
                 ("sum", reduced.sum.bind()),
             ];
-            recorder.compute(gpu, "ssfr.thickness", &self.thickness, &bindings, groups);
+            recorder.compute(
+                gpu,
+                "ssfr.thickness",
+                self.thickness.of(page.is_uniform),
+                &bindings,
+                page.groups,
+            );
         });
         recorder.compute(
             gpu,
@@ -145,8 +154,9 @@ impl ThicknessPasses {
                 ("covered", reduced.covered.bind()),
                 ("smoothed", reduced.smoothed.bind()),
                 ("length_world", images.thickness.bind()),
+                ("covered_pixels", images.covered.bind()),
             ],
-            Dispatch::Pixels(images.size()),
+            over_covered(images.size()),
         );
     }
 }

@@ -155,7 +155,7 @@ impl Filter<'_> {
         let center = keys[pixel].unwrap_or_default();
         let per_distance = if self.view.is_parallel { 1.0 } else { center * center };
         let per_radius = self.radius(pixel) * per_distance;
-        let range = f64::from(self.params.threshold) * per_radius;
+        let range = (f64::from(self.params.threshold) * per_radius).max(1e-30);
         let before_all = self.view.key(self.surface.distance[pixel].into());
         let clamped = before_all - f64::from(self.params.clamp) * per_radius - center;
         let (mut total, mut weights) = (0.0, 1.0);
@@ -164,10 +164,13 @@ impl Filter<'_> {
             let deviation =
                 |i: usize, rise: f64| keys[i].map_or(f64::NEG_INFINITY, |key| key - center - rise);
             let errors = [deviation(after, rise), deviation(before, -rise)];
-            if errors.iter().any(|&e| e > range) {
-                continue;
-            }
-            total += weight * errors.map(|e| if e < -range { clamped } else { e }).iter().sum::<f64>();
+            // Both tests of the range fade over its outer half.
+            let weight = weight * (2.0 - 2.0 * errors[0].max(errors[1]) / range).clamp(0.0, 1.0);
+            let clamp = |e: f64| {
+                let e = e.max(-range);
+                e + (clamped - e) * (-2.0 * e / range - 1.0).clamp(0.0, 1.0)
+            };
+            total += weight * errors.map(clamp).iter().sum::<f64>();
             weights += 2.0 * weight;
         }
         let last = self.distance(center) + f64::from(self.params.threshold) * self.radius(pixel);

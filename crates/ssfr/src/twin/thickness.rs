@@ -5,16 +5,14 @@ use rayon::prelude::*;
 use super::splat::{Splat, splats};
 use super::{HostSet, HostView};
 
-/// From this half size in (reduced) pixels on, the sphere's profile is sampled; smaller splats are shared out.
-const PROFILE_HALF_PX: f64 = 2.0;
-
 /// Sum of column densities per block of `scale` x `scale` pixels, as length along the ray up to the farthest opaque
-/// distance in the block (`algorithms.md` 2.2): chord times `V / (4/3 pi R^3)`.
+/// distance in the block (`algorithms.md` 2.2): chord times `V / (4/3 pi R^3)`. Splats with half sizes below
+/// `profile_half_px` blocks are shared out between the four nearest blocks.
 pub fn thickness_sum(
     view: &HostView,
     sets: &[HostSet<'_>],
     scene_distance: &[f32],
-    scale: usize,
+    (scale, profile_half_px): (usize, f64),
 ) -> Vec<f64> {
     let blocks = view.reduced(scale);
     let [width, height] = blocks.size_px;
@@ -28,7 +26,7 @@ pub fn thickness_sum(
             if (y + 2) * scale <= rows[0] || y >= rows[1] / scale + 2 {
                 continue;
             }
-            if half_px / (scale as f64) < PROFILE_HALF_PX {
+            if half_px / (scale as f64) < profile_half_px {
                 share_out(view, splat, scale, y, &limit, row);
                 continue;
             }

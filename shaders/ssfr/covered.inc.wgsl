@@ -1,0 +1,17 @@
+#define_import_path meniscus::covered
+
+// The pixels that show fluid, in no particular order: passes that work on the surface only run over this list, because a
+// software driver pays for lanes that have nothing to do.
+struct CoveredPixels {
+    count: u32,
+    // x in the low, y in the high 16 bits.
+    packed: array<u32>,
+}
+
+fn pack_pixel(at: vec2<u32>) -> u32 {
+    return at.x | (at.y << 16u);
+}
+
+fn unpack_pixel(packed: u32) -> vec2<u32> {
+    return vec2(packed & 0xffffu, packed >> 16u);
+}
