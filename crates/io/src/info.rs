@@ -1,10 +1,10 @@
 //! What a frame of a file holds, as `meniscus info` prints it.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use meniscus_core::{Cancel, Look, SpacingSource, UpAxis};
 use rayon::prelude::*;
-use serde::Serialize;
+use serde::{Serialize, Serializer};
 
 use crate::Error;
 use crate::frame_data::{AttributeInfo, FrameData};
@@ -21,9 +21,10 @@ pub struct FrameInfo {
     /// Index in the series.
     pub index: usize,
     /// The first file.
+    #[serde(serialize_with = "as_text")]
     pub file: PathBuf,
     /// All files, where there are several.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
+    #[serde(skip_serializing_if = "Vec::is_empty", serialize_with = "as_texts")]
     pub files: Vec<PathBuf>,
     /// Simulation time, of the series or of the file.
     pub time: Option<f64>,
@@ -94,6 +95,15 @@ pub struct SetSummary {
     pub look: Look,
     /// Points in it, finite or not.
     pub points: usize,
+}
+
+/// Names that are not UTF-8 are still worth printing.
+fn as_text<S: Serializer>(path: &Path, serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.serialize_str(&path.to_string_lossy())
+}
+
+fn as_texts<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::Ok, S::Error> {
+    serializer.collect_seq(paths.iter().map(|path| path.to_string_lossy()))
 }
 
 pub(crate) fn describe(series: &Series, index: usize, stats: bool) -> Result<FrameInfo, Error> {

@@ -29,6 +29,9 @@ impl SeriesOptions {
                 return Err(Error::usage(format_args!("{flag} is {length}; give a number above 0")));
             }
         }
+        if self.sets.len() > MAX_SETS {
+            return Err(Error::usage(format_args!("{} sets; give at most {MAX_SETS}", self.sets.len())));
+        }
         for (i, set) in self.sets.iter().enumerate() {
             if self.sets[..i].iter().any(|other| other.name == set.name) {
                 return Err(Error::usage(format_args!("--set {} is given twice; use two names", set.name)));
@@ -37,6 +40,9 @@ impl SeriesOptions {
         Ok(())
     }
 }
+
+/// Sets are numbered in a byte while particles are told apart, and one of its values means none.
+const MAX_SETS: usize = 200;
 
 /// A set of particles as the user writes it: `NAME=PATTERN[:LOOK]`.
 #[derive(Clone, Debug, PartialEq, Eq)]

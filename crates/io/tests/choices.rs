@@ -27,6 +27,7 @@ fn spacing_and_up_axis_of_known_series() {
         ("sphinxsys_soil_water/WaterBlock_*.vtp", 0.02, UpAxis::Y),
         ("liggghts_sph/sph_4000.vtk", 0.01, UpAxis::Z),
         ("splashsurf/double_dam_break_frame_01_4732_particles.vtk", 0.05, UpAxis::Y),
+        ("splashsurf/double_dam_break_frame_26_4732_particles.vtk", 0.05, UpAxis::Y),
     ] {
         let series = open(&dir.join(name));
         let space = series.space();

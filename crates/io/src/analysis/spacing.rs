@@ -6,14 +6,19 @@
 
 use super::neighbours::Neighbourhood;
 
-/// Particles at which the density is taken.
-const SAMPLES: usize = 256;
-
 /// Kernel support in spacings: about 113 neighbours in space, 28 in the plane; the sum over a lattice is then within 0.5 %.
 const SUPPORT: f32 = 3.0;
 
-/// Longest offset of the neighbours' weighted centre, in supports, at which a particle counts as inside the liquid.
-const MAX_OFFSET: f32 = 0.03;
+/// A way of looking: cheap and strict first, then thorough for thin and torn liquid.
+struct Effort {
+    /// Particles at which the density is taken.
+    samples: usize,
+    /// Longest offset of the neighbours' weighted centre, in supports, at which a particle counts as inside the liquid.
+    max_offset: f32,
+}
+
+const EFFORTS: [Effort; 2] =
+    [Effort { samples: 256, max_offset: 0.03 }, Effort { samples: 4096, max_offset: 0.06 }];
 
 /// Fewest samples inside the liquid that make an estimate certain.
 const MIN_INSIDE: usize = 12;
@@ -33,8 +38,14 @@ pub(crate) fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimat
         let doubt = Some(format!("there are {} particles", points.len()));
         return Estimate { spacing: 1.0, doubt };
     }
+    let [cheap, thorough] = EFFORTS;
+    let estimate = attempt(points, flat_axis, &cheap);
+    if estimate.doubt.is_none() { estimate } else { attempt(points, flat_axis, &thorough) }
+}
+
+fn attempt(points: &[[f32; 3]], flat_axis: Option<usize>, effort: &Effort) -> Estimate {
     let dimensions = if flat_axis.is_some() { 2 } else { 3 };
-    let samples: Vec<[f32; 3]> = sample(points, SAMPLES).copied().collect();
+    let samples: Vec<[f32; 3]> = sample(points, effort.samples).copied().collect();
     let mut guess = occupied_spacing(points, flat_axis);
     for _ in 0..8 {
         let reach = 1.1 * SUPPORT * guess;
@@ -47,7 +58,7 @@ pub(crate) fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimat
             guess = 1.1 * dense;
             continue;
         }
-        return refine(&near, &samples, dense, reach, dimensions);
+        return refine(&near, &samples, dense, reach, dimensions, effort.max_offset);
     }
     let doubt = Some("the particles are too far apart to have neighbours".into());
     Estimate { spacing: f64::from(guess).max(f64::MIN_POSITIVE), doubt }
@@ -120,13 +131,22 @@ fn dense_spacing(near: &Neighbourhood, samples: &[[f32; 3]], reach: f32, dimensi
     Some(spacings[spacings.len() / 4])
 }
 
-fn refine(near: &Neighbourhood, samples: &[[f32; 3]], start: f32, reach: f32, dimensions: usize) -> Estimate {
+fn refine(
+    near: &Neighbourhood,
+    samples: &[[f32; 3]],
+    start: f32,
+    reach: f32,
+    dimensions: usize,
+    max_offset: f32,
+) -> Estimate {
     let mut spacing = start;
     let mut inside = 0;
     for _ in 0..3 {
         let support = (SUPPORT * spacing).min(reach);
-        let found: Vec<(f32, bool)> =
-            samples.iter().filter_map(|&sample| density(near, sample, support, dimensions)).collect();
+        let found: Vec<(f32, bool)> = samples
+            .iter()
+            .filter_map(|&sample| density(near, sample, support, dimensions, max_offset))
+            .collect();
         let mut trusted: Vec<f32> = found.iter().filter(|(_, inside)| *inside).map(|(s, _)| *s).collect();
         inside = trusted.len();
         let quantile = if inside >= MIN_INSIDE {
@@ -134,7 +154,7 @@ fn refine(near: &Neighbourhood, samples: &[[f32; 3]], start: f32, reach: f32, di
         } else {
             // Hardly any inside: the densest neighbourhoods miss the least.
             trusted = found.iter().map(|(s, _)| *s).collect();
-            0.1
+            0.03
         };
         if trusted.is_empty() {
             break;
@@ -148,7 +168,13 @@ fn refine(near: &Neighbourhood, samples: &[[f32; 3]], start: f32, reach: f32, di
 }
 
 /// Spacing from the kernel sum at `sample`, and whether its neighbourhood is symmetric; `None` without neighbours.
-fn density(near: &Neighbourhood, sample: [f32; 3], support: f32, dimensions: usize) -> Option<(f32, bool)> {
+fn density(
+    near: &Neighbourhood,
+    sample: [f32; 3],
+    support: f32,
+    dimensions: usize,
+    max_offset: f32,
+) -> Option<(f32, bool)> {
     let (mut sum, mut centre, mut count) = (0.0_f32, [0.0_f32; 3], 0);
     for offset in near.offsets(sample, support) {
         let weight = wendland(length(offset) / support);
@@ -167,8 +193,8 @@ fn density(near: &Neighbourhood, sample: [f32; 3], support: f32, dimensions: usi
     } else {
         (sum * 21.0 / (2.0 * std::f32::consts::PI * support.powi(3)), 1.0 / 3.0)
     };
-    let full = if dimensions == 2 { 20 } else { 80 };
-    let symmetric = length(centre) / (sum * support) < MAX_OFFSET && count >= full;
+    let full = if dimensions == 2 { 20 } else { 70 };
+    let symmetric = length(centre) / (sum * support) < max_offset && count >= full;
     Some((normalised.powf(-power), symmetric))
 }
 

@@ -27,7 +27,13 @@ impl Candidate {
         let has = |words: &[&str]| words.iter().any(|word| lower.contains(word));
         let hint = i32::from(has(&LIQUID_WORDS)) - i32::from(has(&OTHER_WORDS));
         let several_parts = self.steps.iter().any(|step| step.files.len() > 1);
-        (hint, self.steps.len(), self.collection, !several_parts)
+        // Before the number of frames: the pieces of parallel files look like a series with more of them.
+        let parallel = self
+            .steps
+            .iter()
+            .flat_map(|step| &step.files)
+            .any(|file| names::extension(file).starts_with("pv"));
+        (hint, parallel, self.steps.len(), self.collection, !several_parts)
     }
 
     fn describe(&self) -> String {

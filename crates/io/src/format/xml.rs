@@ -4,6 +4,7 @@
 //! `AppendedData` element is never scanned.
 
 mod builder;
+mod settings;
 
 use quick_xml::events::{BytesStart, Event};
 use quick_xml::{Reader, XmlVersion};

@@ -3,10 +3,10 @@ use std::str::FromStr;
 
 use meniscus_core::Cancel;
 
+use super::settings::Settings;
 use super::{Attributes, CollectionEntry, Document};
 use crate::Error;
 use crate::array::{Bytes, Content, DataArray};
-use crate::codec::blocks::Compressor;
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::format::legacy::is_time;
 use crate::mapped::MappedFile;
@@ -20,17 +20,6 @@ enum Section {
     Points,
     Cells,
     Other,
-}
-
-/// Settings of the `VTKFile` element.
-#[derive(Clone, Debug, Default)]
-struct Settings {
-    kind: String,
-    big: bool,
-    wide_header: bool,
-    compressor: Option<Compressor>,
-    /// A compressor that is not known; fatal for the first array that needs it.
-    unknown_compressor: Option<String>,
 }
 
 /// A `Piece` element as far as it was read.
@@ -113,7 +102,7 @@ impl<'a> Builder<'a> {
                     format_args!("an XML file that starts with <{name}>; expected <VTKFile>"),
                 ));
             }
-            self.settings = Some(self.settings(attributes)?);
+            self.settings = Some(Settings::read(self.file, attributes)?);
             return Ok(());
         };
         if open.is_empty() {
@@ -141,38 +130,6 @@ impl<'a> Builder<'a> {
             _ => {}
         }
         Ok(())
-    }
-
-    fn settings(&self, attributes: &Attributes) -> Result<Settings, Error> {
-        let kind = attributes.get("type").unwrap_or_default().to_owned();
-        if !matches!(
-            kind.as_str(),
-            "UnstructuredGrid" | "PolyData" | "PUnstructuredGrid" | "PPolyData" | "Collection"
-        ) {
-            let message =
-                format!("data of type {kind:?}; expected UnstructuredGrid, PolyData or a collection");
-            return Err(Error::unsupported(self.file.path(), message));
-        }
-        let big = match attributes.get("byte_order") {
-            Some("BigEndian") => true,
-            Some("LittleEndian") | None => false,
-            Some(other) => {
-                let message = format!("byte_order={other:?}, expected LittleEndian or BigEndian");
-                return Err(self.malformed("element VTKFile", message));
-            }
-        };
-        let wide_header = match attributes.get("header_type") {
-            Some("UInt64") => true,
-            Some("UInt32") | None => false,
-            Some(other) => {
-                let message = format!("header_type={other:?}, expected UInt32 or UInt64");
-                return Err(self.malformed("element VTKFile", message));
-            }
-        };
-        let name = attributes.get("compressor").filter(|name| !name.is_empty());
-        let compressor = name.and_then(Compressor::from_name);
-        let unknown_compressor = name.filter(|_| compressor.is_none()).map(str::to_owned);
-        Ok(Settings { kind, big, wide_header, compressor, unknown_compressor })
     }
 
     fn number<T: FromStr>(
