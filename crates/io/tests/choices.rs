@@ -23,6 +23,8 @@ fn spacing_and_up_axis_of_known_series() {
         ("sphere_entry/solver_writer/ParticleData_Fluid_15.vtk", 0.0036, UpAxis::Y),
         ("pysph_dam_break/dam.pvd", 0.045, UpAxis::Z),
         ("pysph_dam_break/dam_0000.vtu", 0.045, UpAxis::Z),
+        ("pysph_dam_break/dam_0001.vtu", 0.045, UpAxis::Z),
+        ("pysph_dam_break/dam_0003.vtu", 0.045, UpAxis::Z),
         ("pysph_dam_break/dam_0006.vtk", 0.045, UpAxis::Z),
         ("sphinxsys_soil_water/WaterBlock_*.vtp", 0.02, UpAxis::Y),
         ("liggghts_sph/sph_4000.vtk", 0.01, UpAxis::Z),
@@ -41,6 +43,15 @@ fn spacing_and_up_axis_of_known_series() {
             let lines = series.choices().iter().filter(|choice| choice.flag == flag).count();
             assert_eq!(lines, 1, "{name}: lines with {flag}");
         }
+    }
+}
+
+#[test]
+fn every_single_frame_of_the_sphere_entry_is_upright() {
+    let Some(dir) = data_dir() else { return };
+    for frame in 0..20 {
+        let series = open(&dir.join(format!("sphere_entry/fluid_{frame:04}.vtu")));
+        assert_eq!(series.space().up, UpAxis::Y, "frame {frame}: {:?}", series.choices());
     }
 }
 

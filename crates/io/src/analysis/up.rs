@@ -97,10 +97,13 @@ fn falling(velocities: &[[f32; 3]], sample: &[usize]) -> Option<UpAxis> {
     }
     let speed = (square / count).sqrt();
     let down = |axis: usize| -mean[axis] / count / speed;
-    // A third of the speed: more than the drift that sloshing leaves in an axis across gravity.
+    // Water that falls or collapses moves mostly down; sloshing and drift along the walls leave less than half in any axis.
+    let sideways = |axis: usize| {
+        (0..3).filter(|&other| other != axis).map(|other| down(other).abs()).fold(0.0, f64::max)
+    };
     [1, 2]
         .into_iter()
-        .find(|&axis| down(axis) > 0.33 && down(axis) > 2.0 * down(3 - axis).abs())
+        .find(|&axis| down(axis) > 0.6 && down(axis) > 1.5 * sideways(axis))
         .map(|axis| AXES[axis])
 }
 
@@ -177,6 +180,7 @@ mod tests {
         assert_eq!(falling(&[[0.1, 0.0, -1.0]; 20], &(0..20).collect::<Vec<_>>()), Some(UpAxis::Z));
         assert_eq!(falling(&[[0.1, -1.0, 0.0]; 20], &(0..20).collect::<Vec<_>>()), Some(UpAxis::Y));
         assert_eq!(falling(&[[-1.0, 0.0, 0.0]; 20], &(0..20).collect::<Vec<_>>()), None);
+        assert_eq!(falling(&[[-0.5, -0.1, -0.5]; 20], &(0..20).collect::<Vec<_>>()), None, "drift");
         assert_eq!(falling(&[[0.0; 3]; 20], &(0..20).collect::<Vec<_>>()), None);
     }
 
