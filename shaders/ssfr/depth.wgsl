@@ -1,7 +1,7 @@
 // Nearest sphere per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, footprint, POINT_HALF_PX}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, surface_pixels}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
@@ -12,12 +12,7 @@
 const LANES: u32 = 64u;
 
 fn draw(grid: Grid, splat: Splat) {
-    var box = footprint(grid, splat);
-    let is_point = max(box.half_px.x, box.half_px.y) < POINT_HALF_PX;
-    if is_point {
-        box.first = vec2<i32>(floor(clamp(box.center_px, vec2(-1.0), vec2<f32>(grid.last_px) + 1.0)));
-        box.last = select(box.first, box.first - 1, any(box.first < vec2(0)) || any(box.first > grid.last_px));
-    }
+    let box = surface_pixels(grid, splat);
     if any(box.last < box.first) {
         return;
     }
@@ -30,7 +25,7 @@ fn draw(grid: Grid, splat: Splat) {
     let s_first = plane_first * grid.perspective;
     let s_step = grid.step * grid.perspective;
     let radius_squared = splat.radius * splat.radius;
-    let floor_squared = select(-1.0, 0.0, is_point);
+    let floor_squared = select(-1.0, 0.0, box.is_point);
     let front = d - splat.radius;
     let front_bits = bitcast<u32>(front);
     let columns = box.last.x - box.first.x;

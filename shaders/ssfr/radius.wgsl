@@ -1,7 +1,7 @@
 // Drawn radius of the splat that is visible in a pixel; the largest where several are equally near.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, footprint, chord_at, POINT_HALF_PX}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, surface_pixels, chord_at}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
@@ -16,12 +16,7 @@ const LANES: u32 = 64u;
 const TOLERANCE: f32 = 1e-3;
 
 fn draw(grid: Grid, splat: Splat) {
-    var box = footprint(grid, splat);
-    let is_point = max(box.half_px.x, box.half_px.y) < POINT_HALF_PX;
-    if is_point {
-        box.first = vec2<i32>(floor(clamp(box.center_px, vec2(-1.0), vec2<f32>(grid.last_px) + 1.0)));
-        box.last = select(box.first, box.first - 1, any(box.first < vec2(0)) || any(box.first > grid.last_px));
-    }
+    let box = surface_pixels(grid, splat);
     let front = splat.center.z - splat.radius;
     let slack = TOLERANCE * splat.radius + 4e-7 * splat.center.z;
     for (var y = box.first.y; y <= box.last.y; y++) {
@@ -29,7 +24,7 @@ fn draw(grid: Grid, splat: Splat) {
             let pixel = u32(y * (grid.last_px.x + 1) + x);
             if nearest[pixel] + slack >= front {
                 let chord = chord_at(grid, splat, grid.first + vec2(f32(x), f32(y)) * grid.step);
-                if is_point || chord.half_squared >= 0.0 {
+                if box.is_point || chord.half_squared >= 0.0 {
                     let distance = max(chord.middle - sqrt(max(chord.half_squared, 0.0)), front);
                     if distance <= nearest[pixel] + slack {
                         atomicMax(&radius[pixel], bitcast<u32>(splat.radius));

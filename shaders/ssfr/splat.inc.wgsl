@@ -110,6 +110,23 @@ fn footprint(grid: Grid, splat: Splat) -> Footprint {
     return Footprint(vec2<i32>(low), vec2<i32>(high), half_px, (center - grid.first) * to_px + 0.5);
 }
 
+// Pixels that a splat is drawn to: its footprint, or the one pixel that holds its centre.
+struct SurfacePixels {
+    first: vec2<i32>,
+    last: vec2<i32>,
+    is_point: bool,
+}
+
+fn surface_pixels(grid: Grid, splat: Splat) -> SurfacePixels {
+    let whole = footprint(grid, splat);
+    if max(whole.half_px.x, whole.half_px.y) >= POINT_HALF_PX {
+        return SurfacePixels(whole.first, whole.last, false);
+    }
+    let at = vec2<i32>(floor(clamp(whole.center_px, vec2(-1.0), vec2<f32>(grid.last_px) + 1.0)));
+    let is_outside = any(at < vec2(0)) || any(at > grid.last_px);
+    return SurfacePixels(at, select(at, at - 1, is_outside), true);
+}
+
 // Line of sight at plane coordinates `plane` against the sphere (algorithms.md 1.1). Written around the point of the ray
 // at the distance of the centre, so that nothing of the order of distance squared is subtracted: with o from the centre
 // to that point and s the step of the ray per distance, |o + t s| = R.

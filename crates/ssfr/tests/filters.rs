@@ -43,7 +43,7 @@ fn run(
     let radius_image = Image::<EffectiveRadius>::from_pixels(gpu, size, &radii).unwrap();
     let target = Image::<EyeDistance>::from_pixels(gpu, size, &vec![NO_SURFACE; distance.len()]).unwrap();
     let fluid = (0..distance.len() as u32).filter(|&i| is_fluid(distance[i as usize]));
-    let mut covered: Vec<u32> = fluid.map(|i| i % size[0] | (i / size[0]) << 16).collect();
+    let mut covered: Vec<u32> = fluid.map(|i| (i % size[0]) | ((i / size[0]) << 16)).collect();
     covered.insert(0, covered.len() as u32);
     // A binding has room for at least one pixel.
     covered.push(0);
