@@ -126,8 +126,3 @@ impl From<Error> for FrameError {
         Self { kind: error.kind(), file: error.file().map(Path::to_owned), message: error.detail() }
     }
 }
-
-/// The whole message of an error that becomes part of another one.
-pub(crate) fn detail_with_file(error: Error) -> String {
-    error.to_string()
-}

@@ -1,3 +1,5 @@
+//! Files in memory without reading them.
+
 use std::fs::File;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};

@@ -146,6 +146,27 @@ fn parallel_files_and_their_faults() {
     }
 }
 
+/// The pieces of parallel files look like a longer series of their own.
+#[test]
+fn a_folder_with_parallel_files_is_not_a_series_of_pieces() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for frame in 0..2 {
+        let mut pieces = String::new();
+        for piece in 0..3 {
+            let name = format!("water_{frame}_{piece}.vtu");
+            put(folder.path(), &name, Xml::plain(Format::AppendedRaw).bytes());
+            pieces += &format!("<Piece Source='{name}'/>");
+        }
+        let text = format!(
+            "<VTKFile type='PUnstructuredGrid'><PUnstructuredGrid>{pieces}</PUnstructuredGrid></VTKFile>"
+        );
+        put(folder.path(), &format!("water_{frame}.pvtu"), text);
+    }
+    let series = Series::open(folder.path(), &SeriesOptions::default()).expect("opens");
+    assert_eq!(series.frame_count(), 2, "{:?}", series.choices());
+    assert_eq!(series.frame_info(1, false).expect("reads").points, 30);
+}
+
 #[test]
 fn faults_name_file_place_expected_and_found() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -183,6 +204,10 @@ fn faults_name_file_place_expected_and_found() {
             assert!(error.contains(word), "{name}: no {word:?} in {error:?}");
         }
     }
+    #[cfg(unix)]
+    assert_eq!(open(Path::new("/dev/zero")).expect_err("a device").kind().as_str(), "io");
+    let empty = tempfile::tempdir().expect("a folder");
+    assert_eq!(open(empty.path()).expect_err("an empty folder").kind().as_str(), "empty");
     let error = open(&folder.path().join("nowhere.vtu")).expect_err("nothing there");
     assert_eq!(error.kind().as_str(), "not_found");
     let error = open(folder.path().join("nowhere_%03d.vtu").as_path()).expect_err("nothing there");

@@ -142,7 +142,8 @@ fn a_second_series_becomes_a_set() {
     let series = Series::open(folder.path(), &options).expect("opens");
     assert_eq!(series.frame_count(), 3);
     assert!(series.choices()[0].value.starts_with("water_"), "{}", series.choices()[0]);
-    let frame = series.read(2, &FrameRequest::default(), &Cancel::default()).expect("read");
+    let request = FrameRequest { attributes: vec!["velocity".into()] };
+    let frame = series.read(2, &request, &Cancel::default()).expect("read");
     assert_eq!(frame.sets.iter().map(|s| s.particles.len()).collect::<Vec<_>>(), [216, 125]);
     assert_eq!(frame.files.len(), 2);
 }

@@ -22,13 +22,8 @@ pub(crate) fn open_pieces(file: &MappedFile, sources: &[String]) -> Result<Datas
             },
             Format::SeriesJson => Err(Error::unsupported(&path, "a series where a piece is expected")),
         });
-        let piece = piece.map_err(|e| {
-            Error::malformed(
-                file.path(),
-                format_args!("piece {i} ({source})"),
-                crate::error::detail_with_file(e),
-            )
-        })?;
+        let piece =
+            piece.map_err(|e| Error::malformed(file.path(), format_args!("piece {i} ({source})"), e))?;
         whole.time = whole.time.or(piece.time);
         whole.pieces.extend(piece.pieces);
     }

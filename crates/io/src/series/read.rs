@@ -6,6 +6,7 @@ use rayon::prelude::*;
 use super::sets::{self, NO_SET, SetSource};
 use super::{Series, origin_of};
 use crate::Error;
+use crate::array::check;
 use crate::frame_data::FrameData;
 use crate::scalar::{ToF32, ToU64};
 
@@ -27,7 +28,10 @@ pub(super) fn read(
         let Some(step) = sets::companion(steps, index, frame.time) else { continue };
         let frame = FrameData::open(step, cancel)?;
         files.extend(step.files.iter().cloned());
-        let mut own = split(&frame, None, 1, origin, request, cancel, &mut dropped)?;
+        // What colours the water need not exist in the files beside it.
+        let has = |name: &&String| frame.attribute(name).is_some();
+        let request = FrameRequest { attributes: request.attributes.iter().filter(has).cloned().collect() };
+        let mut own = split(&frame, None, 1, origin, &request, cancel, &mut dropped)?;
         *set = own.pop().unwrap_or_default();
     }
     let mut flaws = Flaws::default();
@@ -77,14 +81,10 @@ fn split(
         .map(|(set, position)| if finite(position) { set } else { NO_SET })
         .collect();
     for (index, set) in sets.iter_mut().enumerate() {
-        check_cancel(cancel)?;
+        check(cancel)?;
         *set = gather(&all, &assigned, index as u8);
     }
     Ok(sets)
-}
-
-fn check_cancel(cancel: &Cancel) -> Result<(), Error> {
-    crate::array::check(cancel)
 }
 
 /// The particles of `all` that are assigned to `set`, with their identity kept.
