@@ -36,9 +36,8 @@ struct Fluid {
 @group(0) @binding(8) var<storage, read> sun_paths: array<f32>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
 
-// Steps of the march along the refracted ray, and of the false position that refines it.
+// Steps of the march along the refracted ray.
 const MARCH_STEPS: i32 = 4;
-const REFINE_STEPS: i32 = 2;
 // Most that a refracted path may exceed the thickness along the view ray.
 const MIN_PATH_COSINE: f32 = 0.3;
 
@@ -58,6 +57,29 @@ fn clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -> f32 {
     }
     let scene = textureLoad(scene_distance, vec2<i32>(px), 0).x;
     return select(clamp(scene + position_view.z, -limit, limit), limit, scene < water_distance);
+}
+
+// As `clearance`, with the scene interpolated between pixels: without it, refracted lines are ragged. The reciprocal distance
+// is linear over the picture of a plane, in parallel projection the distance itself.
+fn smooth_clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -> f32 {
+    let px = project_px(camera, position_view);
+    if !inside(px) {
+        return limit;
+    }
+    let base = floor(px - 0.5);
+    let f = px - 0.5 - base;
+    let last = vec2<i32>(camera.size_px) - 1;
+    let low = clamp(vec2<i32>(base), vec2(0), last);
+    let high = clamp(vec2<i32>(base) + 1, vec2(0), last);
+    let d = vec4(
+        textureLoad(scene_distance, low, 0).x,
+        textureLoad(scene_distance, vec2(high.x, low.y), 0).x,
+        textureLoad(scene_distance, vec2(low.x, high.y), 0).x,
+        textureLoad(scene_distance, high, 0).x,
+    );
+    let weights = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    let scene = select(1.0 / max(dot(weights, 1.0 / d), 1e-30), dot(weights, min(d, vec4(1e30))), camera.orthographic != 0u);
+    return select(clamp(scene + position_view.z, -limit, limit), limit, any(d < vec4(water_distance)));
 }
 
 // Length of the refracted path inside the water: to the opaque scene, at most `reach`.
@@ -82,18 +104,11 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> f32 {
     if !hit {
         return reach;
     }
-    for (var i = 0; i < REFINE_STEPS; i++) {
-        let s = mix(near, far, near_gap / (near_gap - far_gap));
-        let gap = clearance(water.position_view + s * direction, water.distance, reach);
-        if gap < 0.0 {
-            far = s;
-            far_gap = gap;
-        } else {
-            near = s;
-            near_gap = gap;
-        }
-    }
-    return mix(near, far, near_gap / (near_gap - far_gap));
+    // False position, then Newton's step on the interpolated scene with the slope found so far.
+    let per_gap = (far - near) / (near_gap - far_gap);
+    let s = near + near_gap * per_gap;
+    let gap = smooth_clearance(water.position_view + s * direction, water.distance, reach);
+    return clamp(s + gap * per_gap, near, far);
 }
 
 // Scene colour around `px`, bilinear over the samples that do not lie in front of the water; `fallback` if all do.
@@ -215,10 +230,11 @@ fn shade(water: WaterPoint, spread: f32, thickness: f32, through: vec3<f32>) -> 
     let fresnel = mix(fresnel_dielectric(water.n_v, fluid.refractive_index), 1.0, fluid.additional_reflection);
     let clear = mix(through, environment, fresnel) + min(glint, vec3(40.0));
 
-    // Thin and strongly curved is spray: many small drops scatter like a white diffuser. The cosine takes back the turning
-    // that is only foreshortening, at silhouettes.
+    // About a particle thick and strongly curved is spray: many small drops scatter like a white diffuser. Thinner is the rim
+    // of something larger, and the cosine takes back the turning that is only foreshortening, at silhouettes.
     let turn = sqrt(spread) * fluid.spacing_world * px_per_world(camera, water.distance) * water.n_v;
-    let thin = exp2(-thickness / (3.0 * max(fluid.spacing_world, 1e-30)));
+    let particles = thickness / max(fluid.spacing_world, 1e-30);
+    let thin = smoothstep(0.2, 1.0, particles) * exp2(-0.4 * particles);
     let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
     let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
     let diffuse = mix(sky.irradiance_down, sky.irradiance_up, facing_up) + (0.5 + 0.5 * n_l) * sky.sun_irradiance;
@@ -245,6 +261,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let through = transmitted(dim * background(path.end_px, distance, scene.rgb), path.length_world);
     let color = shade(water, normal_spread(id.xy, water.normal_view), thickness, through);
     // Less than a fraction of a particle is a soft edge, not water.
-    let coverage = smoothstep(0.0, max(0.2 * fluid.spacing_world, 1e-30), thickness);
+    let coverage = smoothstep(0.0, max(0.5 * fluid.spacing_world, 1e-30), thickness);
     radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage);
 }

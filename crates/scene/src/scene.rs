@@ -118,8 +118,7 @@ impl Scene {
 
     /// `material` with a scale chosen from the size of the scene where it has none.
     pub(crate) fn scaled(&self, material: Material) -> Material {
-        let scale =
-            if material.scale > 0.0 { material.scale } else { round_down_125(self.size_world * 0.11) };
+        let scale = if material.scale > 0.0 { material.scale } else { round_down(self.size_world * 0.14) };
         Material { scale, ..material }
     }
 
@@ -140,12 +139,12 @@ impl Scene {
     }
 }
 
-/// The largest of 1, 2, 5 times a power of ten that is not above `x` > 0: tile sizes that people can count with.
-fn round_down_125(x: f32) -> f32 {
+/// The largest of 1, 1.5, 2, 3, 5 times a power of ten that is not above `x` > 0: tile sizes that people can count with.
+fn round_down(x: f32) -> f32 {
     let decade = 10f32.powf(x.log10().floor());
     let leading = x / decade;
     // The comparison leaves room for the rounding of log10 and powf.
-    decade * [5.0, 2.0].into_iter().find(|&step| leading >= step * 0.9999).unwrap_or(1.0)
+    decade * [5.0, 3.0, 2.0, 1.5].into_iter().find(|&step| leading >= step * 0.9999).unwrap_or(1.0)
 }
 
 #[cfg(test)]
@@ -195,9 +194,9 @@ mod tests {
 
     #[test]
     fn tile_sizes_are_round() {
-        for (x, expected) in [(1.0, 1.0), (0.37, 0.2), (0.05, 0.05), (99.0, 50.0), (250.0, 200.0)] {
+        for (x, expected) in [(1.0, 1.0), (0.37, 0.3), (0.05, 0.05), (99.0, 50.0), (250.0, 200.0)] {
             // 1e-4: powers of ten in f32.
-            assert!((round_down_125(x) / expected - 1.0f32).abs() < 1e-4, "{x} {}", round_down_125(x));
+            assert!((round_down(x) / expected - 1.0f32).abs() < 1e-4, "{x} {}", round_down(x));
         }
     }
 

@@ -63,9 +63,9 @@ impl Default for FluidParameters {
             attenuation_scale: 1.0,
             attenuation_depth: None,
             turbidity: 0.12,
-            roughness: 0.22,
+            roughness: 0.2,
             shadow: 0.3,
-            spray: 0.6,
+            spray: 0.5,
         }
     }
 }

@@ -14,7 +14,6 @@ use crate::WaterShadow;
 use crate::models::FluidUniform;
 
 const MARCH_STEPS: i32 = 4;
-const REFINE_STEPS: i32 = 2;
 const MIN_PATH_COSINE: f32 = 0.3;
 const MIN_N_V: f32 = 0.03;
 
@@ -76,6 +75,26 @@ fn clearance(input: &TwinInput<'_>, position_view: Vec3, water_distance: f32, li
     if scene < water_distance { limit } else { (scene + position_view.z).clamp(-limit, limit) }
 }
 
+fn smooth_clearance(input: &TwinInput<'_>, position_view: Vec3, water_distance: f32, limit: f32) -> f32 {
+    let px = project_px(input.camera, position_view);
+    if !input.inside(px) {
+        return limit;
+    }
+    let base = (px - 0.5).floor();
+    let f = px - 0.5 - base;
+    let corners = [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE];
+    let d = corners.map(|offset| input.scene_distance[input.clamped(base.as_ivec2() + offset)]);
+    let weights = [(1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y];
+    let mean = |of: fn(f32) -> f32| d.iter().zip(weights).map(|(&d, w)| w * of(d)).sum::<f32>();
+    let scene = if input.camera.orthographic != 0 {
+        mean(|d| d.min(1e30))
+    } else {
+        1.0 / mean(|d| 1.0 / d).max(1e-30)
+    };
+    let in_front = d.iter().any(|&d| d < water_distance);
+    if in_front { limit } else { (scene + position_view.z).clamp(-limit, limit) }
+}
+
 fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> f32 {
     let gap_at = |s: f32| clearance(input, water.position_view + s * direction, water.distance, reach);
     let (mut near, mut near_gap) = (0.0, reach);
@@ -89,17 +108,11 @@ fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach:
         }
         (near, near_gap) = (s, gap);
     }
-    let Some((mut far, mut far_gap)) = far else { return reach };
-    let cut = |near: f32, near_gap: f32, far: f32, far_gap: f32| {
-        let t = near_gap / (near_gap - far_gap);
-        near * (1.0 - t) + far * t
-    };
-    for _ in 0..REFINE_STEPS {
-        let s = cut(near, near_gap, far, far_gap);
-        let gap = gap_at(s);
-        if gap < 0.0 { (far, far_gap) = (s, gap) } else { (near, near_gap) = (s, gap) }
-    }
-    cut(near, near_gap, far, far_gap)
+    let Some((far, far_gap)) = far else { return reach };
+    let per_gap = (far - near) / (near_gap - far_gap);
+    let s = near + near_gap * per_gap;
+    let gap = smooth_clearance(input, water.position_view + s * direction, water.distance, reach);
+    (s + gap * per_gap).clamp(near, far)
 }
 
 fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32, fallback: Vec3) -> Vec3 {
@@ -214,7 +227,8 @@ fn shade(
     let clear = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
 
     let turn = spread.sqrt() * fluid.spacing_world * px_per_world(camera, water.distance) * water.n_v;
-    let thin = (-thickness / (3.0 * fluid.spacing_world.max(1e-30))).exp2();
+    let particles = thickness / fluid.spacing_world.max(1e-30);
+    let thin = smoothstep(0.2, 1.0, particles) * (-0.4 * particles).exp2();
     let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
     let facing_up = 0.5 + 0.5 * normal.dot(up);
     let diffuse = mix(sky.irradiance_down.into(), sky.irradiance_up.into(), facing_up)
@@ -238,6 +252,6 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     let through = transmitted(fluid, input, behind, path_world);
     let spread = normal_spread(input, pixel, water.normal_view);
     let color = shade(fluid, input, &water, spread, thickness, through);
-    let coverage = smoothstep(0.0, (0.2 * fluid.spacing_world).max(1e-30), thickness);
+    let coverage = smoothstep(0.0, (0.5 * fluid.spacing_world).max(1e-30), thickness);
     (scene * dim.extend(1.0) * (1.0 - coverage) + color.extend(1.0) * coverage).to_array()
 }
