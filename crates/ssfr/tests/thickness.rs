@@ -140,3 +140,17 @@ fn a_floor_inside_the_body_halves_it() {
         assert!((found - 1.0).abs() < 0.01, "{scale}: {found}");
     }
 }
+
+/// Half a million particles in one pixel: the sum stops at half of its range and does not wrap.
+#[test]
+fn sums_saturate() {
+    let gpu = gpu();
+    let body = lattice::coincident([0.0, 0.0, -4.0], 500_000, 0.1);
+    // A spacing is three pixels, so that a particle is nine spacings thick on the pixel that it fills.
+    let scene = Scene::new(parallel(0.0, 17.0 * 0.1 / 3.0), [17, 17], &body.positions, 0.0625, 0.1);
+    let frame = scene.render(&gpu, &params("none", 1, 0.0));
+    let most = frame.thickness.iter().copied().fold(0.0, f32::max);
+    // 2^31 steps of 1/1024 of the spacing.
+    let saturated = 2f32.powi(31) * 0.1 / 1024.0;
+    assert!((most / saturated - 1.0).abs() < 1e-5, "{most} of {saturated}");
+}
