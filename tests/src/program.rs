@@ -1,0 +1,185 @@
+use std::fs::File;
+use std::io::{Read, Seek};
+use std::path::{Path, PathBuf};
+use std::process::{Child, Command, Stdio};
+use std::time::{Duration, Instant};
+
+use serde_json::Value;
+use tempfile::TempDir;
+
+/// What no command of these tests comes near: whoever reaches it hangs.
+const HANGS_AFTER: Duration = Duration::from_secs(120);
+
+/// The program with a folder of its own, which it runs in and which vanishes with this value.
+pub struct Program {
+    binary: &'static str,
+    folder: TempDir,
+}
+
+impl Program {
+    /// `binary`: the path that Cargo gives to integration tests as `CARGO_BIN_EXE_meniscus-under-test`.
+    pub fn new(binary: &'static str) -> Self {
+        Self { binary, folder: tempfile::tempdir().expect("a temporary folder") }
+    }
+
+    /// `name` in the program's folder.
+    pub fn path(&self, name: &str) -> PathBuf {
+        self.folder.path().join(name)
+    }
+
+    /// Writes a file into the program's folder.
+    pub fn write(&self, name: &str, content: impl AsRef<[u8]>) {
+        let path = self.path(name);
+        let made = path.parent().map_or(Ok(()), std::fs::create_dir_all);
+        made.and_then(|()| std::fs::write(&path, content))
+            .unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+    }
+
+    /// Names of what lies in a folder inside the program's, sorted.
+    pub fn list(&self, folder: &str) -> Vec<String> {
+        let entries = std::fs::read_dir(self.path(folder)).unwrap_or_else(|e| panic!("{folder}: {e}"));
+        let mut names: Vec<String> =
+            entries.flatten().map(|entry| entry.file_name().to_string_lossy().into_owned()).collect();
+        names.sort();
+        names
+    }
+
+    /// Runs the program with `arguments` as a shell reads them, so that tests look like what users type and printed flags
+    /// can be pasted.
+    ///
+    /// # Panics
+    /// When the program hangs or panics.
+    pub fn run(&self, arguments: &str) -> Outcome {
+        self.start(arguments, &[]).finish()
+    }
+
+    /// [`Self::run`] with environment variables.
+    pub fn run_with(&self, arguments: &str, variables: &[(&str, &str)]) -> Outcome {
+        self.start(arguments, variables).finish()
+    }
+
+    /// Starts the program and leaves it running.
+    pub fn start(&self, arguments: &str, variables: &[(&str, &str)]) -> Running {
+        let capture = || tempfile::tempfile().expect("a temporary file");
+        let (stdout, stderr) = (capture(), capture());
+        let hand = |file: &File| Stdio::from(file.try_clone().expect("a second handle"));
+        // `exec`: signals go to the program, not to a shell around it.
+        let child = Command::new("sh")
+            .args(["-c", &format!("exec \"$0\" {arguments}"), self.binary])
+            .current_dir(self.folder.path())
+            .envs(variables.iter().copied())
+            .env_remove("RUST_LOG")
+            .stdin(Stdio::null())
+            .stdout(hand(&stdout))
+            .stderr(hand(&stderr))
+            .spawn()
+            .expect("the program under test");
+        Running { child, stdout, stderr, arguments: arguments.to_owned(), started: Instant::now() }
+    }
+}
+
+/// A started program. Killed when dropped, so that a failing test leaves nothing behind.
+pub struct Running {
+    child: Child,
+    stdout: File,
+    stderr: File,
+    arguments: String,
+    started: Instant,
+}
+
+impl Running {
+    /// The process's number.
+    pub fn id(&self) -> u32 {
+        self.child.id()
+    }
+
+    /// Waits until `path` exists.
+    ///
+    /// # Panics
+    /// When the program ends first.
+    pub fn wait_for(&mut self, path: &Path) {
+        while !path.exists() {
+            assert!(!self.poll(), "`{}` ended without {}", self.arguments, path.display());
+        }
+    }
+
+    /// Waits for the end.
+    ///
+    /// # Panics
+    /// When the program hangs, or has panicked: nothing that a user does may make it panic.
+    pub fn finish(mut self) -> Outcome {
+        while !self.poll() {}
+        let status = self.child.wait().expect("an ended child");
+        let text = |file: &mut File| {
+            let mut bytes = Vec::new();
+            file.rewind().and_then(|()| file.read_to_end(&mut bytes)).expect("captured output");
+            String::from_utf8_lossy(&bytes).into_owned()
+        };
+        let outcome = Outcome {
+            code: status.code(),
+            stdout: text(&mut self.stdout),
+            stderr: text(&mut self.stderr),
+            arguments: self.arguments.clone(),
+        };
+        assert!(!outcome.stderr.contains("panicked"), "{outcome:#?}");
+        outcome
+    }
+
+    /// Whether the program has ended.
+    fn poll(&mut self) -> bool {
+        if self.child.try_wait().expect("a child").is_some() {
+            return true;
+        }
+        assert!(self.started.elapsed() < HANGS_AFTER, "`{}` hangs", self.arguments);
+        std::thread::sleep(Duration::from_millis(2));
+        false
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        let _ = self.child.kill();
+        let _ = self.child.wait();
+    }
+}
+
+/// How a run ended and what it said.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// What was run.
+    pub arguments: String,
+    /// Exit code; `None` after a signal.
+    pub code: Option<i32>,
+    /// Standard output.
+    pub stdout: String,
+    /// Standard error.
+    pub stderr: String,
+}
+
+impl Outcome {
+    /// Checks the exit code.
+    ///
+    /// # Panics
+    /// When it is another one.
+    #[must_use]
+    pub fn expect(self, code: i32) -> Self {
+        assert_eq!(self.code, Some(code), "{self:#?}");
+        self
+    }
+
+    /// Checks that the program did what was asked.
+    ///
+    /// # Panics
+    /// When it did not.
+    pub fn ok(self) -> Self {
+        self.expect(0)
+    }
+
+    /// Standard output as JSON.
+    ///
+    /// # Panics
+    /// When it is none.
+    pub fn json(&self) -> Value {
+        serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}\n{self:#?}"))
+    }
+}

@@ -1,0 +1,30 @@
+//! The program as users run it: command lines in, files, texts and exit codes out.
+
+mod absurd;
+mod adapters;
+mod bench;
+mod errors;
+mod help;
+mod info;
+mod interrupt;
+mod look;
+mod parameters;
+mod report;
+mod same_bytes;
+mod sequence;
+mod walls;
+
+use meniscus_tests::Program;
+
+/// The program in an empty folder.
+fn program() -> Program {
+    Program::new(env!("CARGO_BIN_EXE_meniscus-under-test"))
+}
+
+/// The program in a folder with a dam break of some particles: `dam/dam_break.pvd` and its frames `dam/dam_break_0000.vtu`,
+/// `_0001`, ...
+fn program_with_dam(particles: u32, frames: u32) -> Program {
+    let program = program();
+    program.run(&format!("make dam-break -o dam --particles {particles} --frames {frames} -q")).ok();
+    program
+}

@@ -1,0 +1,81 @@
+//! `render --report`: everything that a picture says about itself.
+
+use meniscus_tests::read_json;
+
+use crate::program_with_dam;
+
+#[test]
+fn the_report_is_complete() {
+    let program = program_with_dam(3000, 3);
+    program.run("render dam/dam_break.pvd -o o_%d.png --size 96x54 --frames 1..2 --report r.json").ok();
+    let report = read_json(&program.path("r.json"));
+    for key in ["/version", "/adapter/name", "/adapter/driver", "/settings/surface/filter/name"] {
+        assert!(report.pointer(key).is_some_and(|v| v.as_str().is_some_and(|s| !s.is_empty())), "{key}");
+    }
+    assert_eq!(report["size"], serde_json::json!([96, 54]));
+    for key in ["eye", "target", "up", "projection"] {
+        assert!(!report["camera"][key].is_null(), "{key}");
+    }
+    for key in ["origin", "spacing", "spacing_source", "radius", "up"] {
+        assert!(!report["space"][key].is_null(), "{key}");
+    }
+    assert_eq!(report["flaws"], serde_json::json!([]), "nothing is wrong with made data");
+    let frames = report["frames"].as_array().expect("frames");
+    assert_eq!(frames.iter().map(|f| f["frame"].as_u64()).collect::<Vec<_>>(), [Some(1), Some(2)]);
+    for frame in frames {
+        assert_eq!(frame["particles"]["input"], 3000);
+        assert!(frame["particles"]["kept"].as_u64() <= Some(3000));
+        let stages = frame["stages"].as_array().expect("stages");
+        let names: Vec<&str> = stages.iter().filter_map(|s| s["name"].as_str()).collect();
+        for name in [
+            "shading.scene",
+            "ssfr.depth",
+            "ssfr.thickness",
+            "ssfr.narrow_range",
+            "ssfr.normal",
+            "shading.fluid",
+            "compositor.tone_map",
+        ] {
+            assert_eq!(names.iter().filter(|n| **n == name).count(), 1, "{name} once in {names:?}");
+        }
+        for stage in stages {
+            let clocks = ["gpu_ms", "wall_ms"].map(|clock| stage[clock].as_f64());
+            assert!(clocks.iter().flatten().any(|ms| *ms > 0.0), "a time for {stage}");
+        }
+    }
+}
+
+/// A pass that did not run is absent, not zero.
+#[test]
+fn passes_that_do_not_run_are_absent() {
+    let program = program_with_dam(500, 1);
+    program.run("render dam -o a.png --frame 0 --size 32x18 --filter none --report r.json").ok();
+    let stages = read_json(&program.path("r.json"))["frames"][0]["stages"].to_string();
+    assert!(stages.contains("ssfr.depth") && !stages.contains("narrow_range"), "{stages}");
+}
+
+#[test]
+fn an_empty_selection_is_a_flaw_of_the_picture() {
+    let program = program_with_dam(500, 1);
+    program.run("render dam -o a.png --frame 0 --size 32x18 --where 'id < 0' --report r.json").ok();
+    let report = read_json(&program.path("r.json"));
+    assert_eq!(report["frames"][0]["flaws"][0]["kind"], "nothing_visible", "{report}");
+}
+
+#[test]
+fn level_of_detail_keeps_its_share_of_what_is_visible() {
+    let program = program_with_dam(40_000, 1);
+    let counts = |flags: &str| {
+        program.run(&format!("render dam -o a.png --frame 0 --size 64x36 --report r.json {flags}")).ok();
+        let particles = read_json(&program.path("r.json"))["frames"][0]["particles"].clone();
+        ["input", "kept"].map(|key| particles[key].as_f64().expect("a number"))
+    };
+    assert_eq!(counts(""), [40_000.0; 2]);
+    let [input, kept] = counts("--lod 0.3");
+    assert_eq!(input, 40_000.0);
+    // All of it is visible. 40,000 throws deviate by 0.0023; 2 % of 0.3 is 0.006.
+    assert!((kept / input / 0.3 - 1.0).abs() < 0.02, "{kept}");
+    // A camera that sees a part of it draws less, at full detail too.
+    let [input, kept] = counts("--camera 0.1,-0.5,0.3/0.1,0,0.3/0,0,1/10");
+    assert!(kept < input && kept > 0.0, "{kept} of {input}");
+}
