@@ -130,20 +130,29 @@ fn background(px: vec2<f32>, water_distance: f32, fallback: vec3<f32>) -> vec3<f
     return select(fallback, sum.rgb / max(sum.a, 1e-4), sum.a > 0.0);
 }
 
-// Differences of the normals of the four neighbours to this one: sum of squares over those that are water.
-fn normal_spread(pixel: vec2<u32>, normal_view: vec3<f32>) -> f32 {
-    let last = camera.size_px - 1u;
+// The normals around a pixel.
+struct Neighbourhood {
+    // Sum over this pixel and those of its four neighbours that are water.
+    normal_sum: vec3<f32>,
+    // Mean squared difference of the neighbours' to this pixel's.
+    spread: f32,
+}
+
+fn neighbourhood(pixel: vec2<u32>) -> Neighbourhood {
+    let last = vec2<i32>(camera.size_px) - 1;
     let offsets = array(vec2(-1, 0), vec2(1, 0), vec2(0, -1), vec2(0, 1));
-    var sum = 0.0;
+    let center = unpack_normal(normals[pixel.y * camera.size_px.x + pixel.x]);
+    var sum = center;
+    var spread = 0.0;
     for (var k = 0; k < 4; k++) {
-        let at = vec2<u32>(clamp(vec2<i32>(pixel) + offsets[k], vec2(0), vec2<i32>(last)));
+        let at = vec2<u32>(clamp(vec2<i32>(pixel) + offsets[k], vec2(0), last));
         let index = at.y * camera.size_px.x + at.x;
-        if !is_empty(distances[index]) {
-            let delta = unpack_normal(normals[index]) - normal_view;
-            sum += dot(delta, delta);
-        }
+        let normal = select(unpack_normal(normals[index]), center, is_empty(distances[index]));
+        let delta = normal - center;
+        sum += normal;
+        spread += 0.25 * dot(delta, delta);
     }
-    return 0.25 * sum;
+    return Neighbourhood(sum, spread);
 }
 
 // Length of water between the scene seen at `px` and the sun, bilinear.
@@ -255,11 +264,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         radiance[index] = scene * vec4(shadow(here_px), 1.0);
         return;
     }
-    let water = water_point(camera, id.xy, distance, normals[index]);
+    // The mean normal: differences between single pixels are mostly noise, which refraction would magnify.
+    let around = neighbourhood(id.xy);
+    let water = water_point(camera, id.xy, distance, around.normal_sum);
     let path = refracted_path(water, thickness);
     let dim = shadow(path.end_px);
     let through = transmitted(dim * background(path.end_px, distance, scene.rgb), path.length_world);
-    let color = shade(water, normal_spread(id.xy, water.normal_view), thickness, through);
+    let color = shade(water, around.spread, thickness, through);
     // Less than a fraction of a particle is a soft edge, not water.
     let coverage = smoothstep(0.0, max(0.5 * fluid.spacing_world, 1e-30), thickness);
     radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage);

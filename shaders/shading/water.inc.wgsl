@@ -1,7 +1,6 @@
 #define_import_path meniscus::water
 
-#import meniscus::camera::{Camera, view_position, towards_eye, px_per_world}
-#import meniscus::surface::{is_empty, unpack_normal}
+#import meniscus::camera::{Camera, view_position, towards_eye}
 
 // What every lighting model knows about the water surface in a pixel.
 
@@ -17,10 +16,13 @@ struct WaterPoint {
 // Smallest cosine between normal and view: below it, Fresnel reflectance saturates in a bright rim (algorithms.md 7).
 const MIN_N_V: f32 = 0.03;
 
-fn water_point(camera: Camera, pixel: vec2<u32>, distance: f32, normal_bits: u32) -> WaterPoint {
+// `normal_view` need not be of unit length.
+fn water_point(camera: Camera, pixel: vec2<u32>, distance: f32, normal_view: vec3<f32>) -> WaterPoint {
     let position = view_position(camera, vec2<f32>(pixel) + 0.5, distance);
     let to_eye = towards_eye(camera, position);
-    var normal = unpack_normal(normal_bits);
+    // Normals that cancel say nothing: face the eye.
+    let size = length(normal_view);
+    var normal = select(to_eye, normal_view / max(size, 1e-3), size > 1e-3);
     let facing = dot(normal, to_eye);
     if facing < MIN_N_V {
         normal = normalize(normal + (MIN_N_V - facing) * to_eye);

@@ -25,11 +25,12 @@ struct WaterPoint {
     n_v: f32,
 }
 
-fn water_point(input: &TwinInput<'_>, pixel: [u32; 2], distance: f32, normal_bits: u32) -> WaterPoint {
+fn water_point(input: &TwinInput<'_>, pixel: [u32; 2], distance: f32, normal_view: Vec3) -> WaterPoint {
     let center = Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5;
     let position_view = view_position(input.camera, center, distance);
     let to_eye_view = towards_eye(input.camera, position_view);
-    let mut normal_view = unpack_normal(normal_bits);
+    let size = normal_view.length();
+    let mut normal_view = if size > 1e-3 { normal_view / size } else { to_eye_view };
     let facing = normal_view.dot(to_eye_view);
     if facing < MIN_N_V {
         normal_view = (normal_view + (MIN_N_V - facing) * to_eye_view).normalize();
@@ -133,15 +134,19 @@ fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32, fallback: Ve
     if total > 0.0 { sum / total } else { fallback }
 }
 
-fn normal_spread(input: &TwinInput<'_>, pixel: [u32; 2], normal_view: Vec3) -> f32 {
-    let center = IVec2::new(pixel[0] as i32, pixel[1] as i32);
-    let sum: f32 = [IVec2::NEG_X, IVec2::X, IVec2::NEG_Y, IVec2::Y]
-        .into_iter()
-        .map(|offset| input.clamped(center + offset))
-        .filter(|&at| !is_empty(input.distance[at]))
-        .map(|at| unpack_normal(input.normal[at]).distance_squared(normal_view))
-        .sum();
-    0.25 * sum
+/// Sum of the normals of `pixel` and of its neighbours that are water, and their mean squared difference to its own.
+fn neighbourhood(input: &TwinInput<'_>, pixel: [u32; 2]) -> (Vec3, f32) {
+    let at = IVec2::new(pixel[0] as i32, pixel[1] as i32);
+    let center = unpack_normal(input.normal[input.index(at)]);
+    let (mut sum, mut spread) = (center, 0.0);
+    for offset in [IVec2::NEG_X, IVec2::X, IVec2::NEG_Y, IVec2::Y] {
+        let index = input.clamped(at + offset);
+        let normal =
+            if is_empty(input.distance[index]) { center } else { unpack_normal(input.normal[index]) };
+        sum += normal;
+        spread += 0.25 * normal.distance_squared(center);
+    }
+    (sum, spread)
 }
 
 fn sun_path(input: &TwinInput<'_>, px: Vec2) -> f32 {
@@ -245,12 +250,12 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     if is_empty(distance) || thickness <= 0.0 || distance >= input.scene_distance[index] {
         return (scene * shadow(fluid, input, here_px).extend(1.0)).to_array();
     }
-    let water = water_point(input, pixel, distance, input.normal[index]);
+    let (normal_sum, spread) = neighbourhood(input, pixel);
+    let water = water_point(input, pixel, distance, normal_sum);
     let (path_world, end_px) = refracted_path(fluid, input, &water, thickness);
     let dim = shadow(fluid, input, end_px);
     let behind = dim * background(input, end_px, distance, scene.truncate());
     let through = transmitted(fluid, input, behind, path_world);
-    let spread = normal_spread(input, pixel, water.normal_view);
     let color = shade(fluid, input, &water, spread, thickness, through);
     let coverage = smoothstep(0.0, (0.5 * fluid.spacing_world).max(1e-30), thickness);
     (scene * dim.extend(1.0) * (1.0 - coverage) + color.extend(1.0) * coverage).to_array()
