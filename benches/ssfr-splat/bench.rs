@@ -1,0 +1,94 @@
+//! Splats: nearest distance and thickness of every particle of a view at full detail, each pass run on its own. Level of
+//! detail hands over neighbours in short runs; the view's cells stand in for it.
+
+use std::time::Duration;
+
+use bench_views::{DAM_BREAK, FJORD, GpuTime, SPHERE_ENTRY, View};
+use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use meniscus_gpu::role::{KeptRange, KeptRanges, NO_SURFACE, PackedParticle, Particles, SceneDistance};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture};
+use meniscus_ssfr::{FilterChoice, FilterRegistry, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
+
+/// The surface stage and a view's particles on the GPU.
+struct Splats {
+    stage: Ssfr,
+    images: SurfaceImages,
+    pages: Vec<(Buffer<Particles>, Buffer<KeptRanges>)>,
+    sky: Texture<SceneDistance>,
+    camera: CameraUniform,
+    radius_world: f32,
+    volume_world: f32,
+}
+
+impl Splats {
+    fn new(gpu: &Gpu, view: &View) -> Self {
+        let filter = FilterChoice { name: "none".into(), ..Default::default() };
+        let params = SsfrParams { filter, ..Default::default() };
+        let positions = view.ordered_positions();
+        let particles: Vec<PackedParticle> =
+            positions.iter().enumerate().map(|(i, &p)| PackedParticle::new(p, i as u16)).collect();
+        let pages = particles.chunks(gpu.page_elements::<PackedParticle>()).map(|page| {
+            let count = page.len() as u32;
+            let ranges: Vec<KeptRange> = (0..count)
+                .step_by(1024)
+                .map(|first| KeptRange {
+                    first,
+                    count: (count - first).min(1024),
+                    keep: KeptRange::KEEP_ALL,
+                    flags: 0,
+                })
+                .collect();
+            let particles = Buffer::from_slice(gpu, page).expect("a page");
+            (particles, Buffer::from_slice(gpu, &ranges).expect("its ranges"))
+        });
+        let pages = pages.collect();
+        let sky = Texture::new(gpu, view.size).expect("a texture of the picture's size");
+        let pixels = (view.size[0] * view.size[1]) as usize;
+        sky.write(gpu, &NO_SURFACE.to_le_bytes().repeat(pixels));
+        let space = view.space();
+        Self {
+            stage: Ssfr::new(gpu, &FilterRegistry::builtin(), &params).expect("built-in passes"),
+            images: SurfaceImages::new(gpu, view.size, &params).expect("images of the picture's size"),
+            pages,
+            sky,
+            camera: CameraUniform::new(&view.camera(), view.size),
+            radius_world: space.radius as f32,
+            volume_world: (space.spacing as f32).powi(3),
+        }
+    }
+
+    fn record(&self, recorder: &mut Recorder, gpu: &Gpu) {
+        let pages: Vec<SplatInput> =
+            self.pages.iter().map(|(particles, ranges)| SplatInput { particles, ranges }).collect();
+        let set = SplatSet {
+            pages: &pages,
+            radius_world: self.radius_world,
+            volume_world: self.volume_world,
+            uniform_radius: true,
+        };
+        let camera = recorder.uniform(&self.camera);
+        self.stage.record(recorder, gpu, &camera, &[set], &self.sky, &self.images);
+    }
+}
+
+fn splat(criterion: &mut Criterion) {
+    let mut time = GpuTime::open();
+    let mut group = criterion.benchmark_group("ssfr-splat");
+    group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
+    for view in bench_views::views(&[DAM_BREAK, SPHERE_ENTRY, FJORD]) {
+        let mut splats = None;
+        group.throughput(Throughput::Elements(view.particles));
+        for pass in ["ssfr.depth", "ssfr.thickness"] {
+            group.bench_function(BenchmarkId::new(pass, view.name), |b| {
+                let splats = splats.get_or_insert_with(|| Splats::new(time.gpu(), &view));
+                b.iter_custom(|times| {
+                    time.measure(times, &[pass], |recorder, gpu| splats.record(recorder, gpu))
+                });
+            });
+        }
+    }
+    group.finish();
+}
+
+criterion_group!(benches, splat);
+criterion_main!(benches);

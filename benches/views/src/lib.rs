@@ -1,0 +1,28 @@
+//! The inputs of all benches: cases seen by committed cameras, so that no figure depends on a lucky view, and analytic water
+//! for the stages after the surface.
+//!
+//! `cargo bench -p bench-<stage>` measures a stage; `cargo test --all-targets` runs every bench once on [`View::tiny`] to see
+//! that it still works.
+
+#[cfg(feature = "gpu")]
+mod gpu_time;
+mod pool;
+mod splat;
+mod view;
+
+#[cfg(feature = "gpu")]
+pub use gpu_time::GpuTime;
+pub use pool::Pool;
+pub use view::{DAM_BREAK, FJORD, SPHERE_ENTRY, View};
+
+/// Whether this is `cargo bench` and not the single run that `cargo test` makes of a bench.
+pub fn is_measured() -> bool {
+    let flags: Vec<String> = std::env::args().collect();
+    let has = |flag: &str| flags.iter().any(|f| f == flag);
+    has("--bench") && !has("--test")
+}
+
+/// `views` for a measurement, small stand-ins of them otherwise.
+pub fn views(views: &[View]) -> Vec<View> {
+    views.iter().map(|view| if is_measured() { *view } else { view.tiny() }).collect()
+}
