@@ -183,3 +183,21 @@ impl Outcome {
         serde_json::from_str(&self.stdout).unwrap_or_else(|e| panic!("{e}\n{self:#?}"))
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn exit_codes_and_both_outputs_are_kept_apart() {
+        let outcome = Program::new("sh").run("-c 'echo to people >&2; echo [1]; exit 7'").expect(7);
+        assert_eq!(outcome.stderr, "to people\n");
+        assert_eq!(outcome.json(), serde_json::json!([1]));
+    }
+
+    #[test]
+    #[should_panic(expected = "panicked")]
+    fn a_panic_is_noticed() {
+        let _ = Program::new("sh").run("-c 'echo thread main panicked >&2'");
+    }
+}
