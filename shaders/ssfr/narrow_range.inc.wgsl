@@ -47,7 +47,8 @@ fn keep_in_front(deviation: f32, range: f32) -> f32 {
 // A Gaussian cut at 2.5 of its standard deviations has 0.954 of it left; this one has the nominal value after the cut.
 const WIDENED: f32 = 1.0 / 0.954;
 const REACH: f32 = 2.5;
-// Taps to each side; a wider Gaussian is sampled in larger steps, which the smoothness of the splats allows.
-const MAX_TAPS: f32 = 16.0;
+// Taps to each side; a wider Gaussian is sampled in larger steps, which the smoothness of the splats allows. The steps are
+// whole pixels and even: uneven ones leave ripples.
+const MAX_TAPS: f32 = 24.0;
 // Below this the nearest neighbours weigh less than half a percent.
 const LEAST_SIGMA_PX: f32 = 0.3;

@@ -43,13 +43,13 @@ fn smooth_pixel(id: vec2<u32>) {
     // Just behind the surface as it was, not as earlier passes left it: else every pass would pull small things further.
     let clamped = key_of(camera, unfiltered[pixel]) - narrow.clamp_radii * per_radius - center;
     let reach_px = REACH * sigma_px;
-    let step = max(1.0, reach_px / MAX_TAPS);
-    let taps = i32(min(ceil(reach_px), MAX_TAPS));
+    let step = max(1, i32(ceil(reach_px / MAX_TAPS)));
+    let taps = i32(ceil(reach_px / f32(step)));
     let falloff = -0.5 / (sigma_px * sigma_px);
     var total = 0.0;
     var weights = 1.0;
     for (var k = 1; k <= taps; k++) {
-        let offset = i32(round(f32(k) * step));
+        let offset = k * step;
         // Only whole pairs count, also at the picture's border.
         if offset > room {
             break;

@@ -82,13 +82,13 @@ fn smooth_pixel(id: vec2<u32>) {
     let stride = select(width, 1, is_row);
     let sigma_px = widths.pass_px * WIDENED;
     let reach_px = REACH * sigma_px;
-    let step = max(1.0, reach_px / MAX_TAPS);
-    let taps = i32(min(ceil(reach_px), MAX_TAPS));
+    let step = max(1, i32(ceil(reach_px / MAX_TAPS)));
+    let taps = i32(ceil(reach_px / f32(step)));
     let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
     var range_after = Range(center - delta, center + delta);
     var range_before = range_after;
     for (var k = 1; k <= taps; k++) {
-        let offset = i32(round(f32(k) * step));
+        let offset = k * step;
         if offset > room {
             break;
         }

@@ -7,7 +7,7 @@ use crate::filter::{HostSurface, NarrowRangeParams, NarrowRangeVariant, directio
 /// Half-width of the Gaussian in its standard deviations, which are widened so that what is left has the nominal one.
 const REACH: f64 = 2.5;
 const WIDENED: f64 = 1.0 / 0.954;
-const MAX_TAPS: f64 = 16.0;
+const MAX_TAPS: f64 = 24.0;
 const LEAST_SIGMA_PX: f64 = 0.3;
 
 /// Narrow-range filter over `surface`, all passes (`algorithms.md` 3).
@@ -84,9 +84,9 @@ impl Filter<'_> {
     /// Offsets along a direction and their weights, outwards.
     fn taps(sigma_px: f64) -> impl Iterator<Item = (i64, f64)> {
         let reach = REACH * sigma_px;
-        let step = (reach / MAX_TAPS).max(1.0);
-        (1..=reach.ceil().min(MAX_TAPS) as usize).map(move |k| {
-            let offset = (k as f64 * step).round_ties_even();
+        let step = (reach / MAX_TAPS).ceil().max(1.0);
+        (1..=(reach / step).ceil() as usize).map(move |k| {
+            let offset = k as f64 * step;
             (offset as i64, (-0.5 * (offset / sigma_px).powi(2)).exp())
         })
     }
