@@ -191,6 +191,10 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME")]
     pub lighting: Option<String>,
 
+    /// Scene file: floor, walls, boxes, sun and sky [default: a tiled floor under a clear sky].
+    #[arg(long, value_name = "FILE.toml")]
+    pub scene: Option<PathBuf>,
+
     /// Set a parameter, e.g. post.exposure=1.5; `--param list` prints them all with their values.
     #[arg(long = "param", value_name = "KEY=VALUE")]
     pub params: Vec<Parameter>,

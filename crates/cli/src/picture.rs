@@ -29,6 +29,7 @@ pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settin
     let mut settings = Settings::default();
     let usage = |e: meniscus_pipeline::SettingsError| Failure::Usage(e.to_string());
     settings.lod.threshold = args.lod;
+    settings.scene.file.clone_from(&args.scene);
     if let Some(name) = &args.filter {
         settings.choose_filter(registry, name).map_err(usage)?;
     }
