@@ -1,10 +1,9 @@
 // The opaque scene: a triangle over the whole picture for sky and floor, which are ray cast, then the objects' triangles.
 // Every fragment writes the exact distance along the view axis; depth is near / distance, reversed.
 
-#import meniscus::brdf::{burley_diffuse, fifth_power, ggx}
 #import meniscus::camera::{Camera, view_ray}
+#import meniscus::lit::lit
 #import meniscus::material::{Material, pattern_tone}
-#import meniscus::sky::{Sky, sky_radiance}
 #import meniscus::surface::NO_SURFACE
 #import meniscus::surroundings::{Surroundings, trace_floor, clear_share, far_radiance}
 
@@ -51,30 +50,6 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     // Depth comes from the fragment; 0.5 keeps the clipper to what lies in front of the eye.
     let clip = vec4(position.xy / camera.half_extent, 0.5 * w, w);
     return Varying(clip, v.position_world, v.normal_world, -position.z, v.material, v.front_only);
-}
-
-// Radiance of an opaque surface under sun and sky towards `to_eye` (unit).
-fn lit(sky: Sky, material: Material, tone: f32, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
-    let base = material.color * tone;
-    let f0 = mix(vec3(0.04), base, material.metallic);
-    let diffuse = base * (1.0 - material.metallic);
-    let n_v = max(dot(normal, to_eye), 1e-3);
-    let alpha = max(material.roughness * material.roughness, 2e-3);
-
-    let n_l = max(dot(normal, sky.sun_direction), 0.0);
-    let half_way = normalize(sky.sun_direction + to_eye);
-    let l_h = max(dot(sky.sun_direction, half_way), 0.0);
-    let fresnel = f0 + (1.0 - f0) * fifth_power(1.0 - l_h);
-    let specular = fresnel * ggx(max(n_l, 1e-3), n_v, max(dot(normal, half_way), 0.0), alpha);
-    let sun = (diffuse * burley_diffuse(n_l, n_v, l_h, material.roughness) + specular) * n_l * sky.sun_irradiance;
-
-    let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
-    let ambient = mix(sky.irradiance_down, sky.irradiance_up, facing_up);
-    // Environment specular: the analytic fit of the GGX split sum by Karis 2014, with the ambient as environment.
-    let c = vec4(-1.0, -0.0275, -0.572, 0.022) * material.roughness + vec4(1.0, 0.0425, 1.04, -0.04);
-    let a = min(c.x * c.x, exp2(-9.28 * n_v)) * c.x + c.y;
-    let scale_bias = vec2(-1.04, 1.04) * a + c.zw;
-    return sun + (diffuse + f0 * scale_bias.x + scale_bias.y) * ambient * 0.318309886;
 }
 
 @fragment

@@ -224,8 +224,8 @@ impl Recorder {
         });
     }
 
-    /// Runs a raster pass, timed as `name`, into `targets` and `depth` (both with their clear value; depth is reversed, 0 =
-    /// far). `draw` issues the draw calls; pipeline and bindings are set.
+    /// Runs a raster pass, timed as `name`, into `targets` (each with its clear value, `None` to draw over what is there) and
+    /// `depth` (cleared to 0 = far; depth is reversed). `draw` issues the draw calls; pipeline and bindings are set.
     ///
     /// # Panics
     /// As [`Self::compute`].
@@ -239,7 +239,7 @@ impl Recorder {
         name: &str,
         pipeline: &RasterPipeline,
         bindings: &[(&str, Binding)],
-        targets: &[(&wgpu::TextureView, wgpu::Color)],
+        targets: &[(&wgpu::TextureView, Option<wgpu::Color>)],
         depth: Option<&wgpu::TextureView>,
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
@@ -251,7 +251,10 @@ impl Recorder {
                     view,
                     depth_slice: None,
                     resolve_target: None,
-                    ops: wgpu::Operations { load: wgpu::LoadOp::Clear(*clear), store: wgpu::StoreOp::Store },
+                    ops: wgpu::Operations {
+                        load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
+                        store: wgpu::StoreOp::Store,
+                    },
                 })
             })
             .collect();

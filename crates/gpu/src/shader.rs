@@ -122,6 +122,23 @@ mod tests {
         found
     }
 
+    /// Includes of the same folder, each after those it imports.
+    fn dependencies_first(mut rest: Vec<Shader>) -> Vec<Shader> {
+        let path = |s: &Shader| {
+            s.source.lines().find_map(|l| l.strip_prefix("#define_import_path ")).unwrap().trim()
+        };
+        let imports =
+            |s: &Shader, path: &str| s.source.lines().any(|l| l.starts_with(&format!("#import {path}::")));
+        let mut ordered: Vec<Shader> = Vec::new();
+        while !rest.is_empty() {
+            let free = |s: &&Shader| rest.iter().all(|other| !imports(s, path(other)));
+            let next = *rest.iter().find(free).expect("imports do not go round in circles");
+            rest.retain(|s| *s != next);
+            ordered.push(next);
+        }
+        ordered
+    }
+
     /// Every file under `shaders/` composes and validates; all failures in one report.
     #[test]
     fn every_entry_point_validates() {
@@ -133,8 +150,9 @@ mod tests {
         };
         let (includes, passes): (Vec<_>, Vec<_>) =
             wgsl_files(&root).iter().map(load).partition(|s| s.name.ends_with(".inc.wgsl"));
-        // Those of `common` are always there; the others are added in order of name, so an include may import earlier ones.
-        let includes: Vec<_> = includes.into_iter().filter(|s| !s.name.starts_with("common/")).collect();
+        // Those of `common` are always there.
+        let includes =
+            dependencies_first(includes.into_iter().filter(|s| !s.name.starts_with("common/")).collect());
         assert!(!passes.is_empty());
         let failures: Vec<String> = passes
             .iter()

@@ -9,6 +9,7 @@ mod model;
 mod models;
 mod opaque;
 mod registry;
+mod solid;
 mod surroundings;
 pub mod twin;
 mod water_shadow;
@@ -18,16 +19,18 @@ pub use model::{LightingInputs, LightingModel, LightingPass, Parameters, WaterSc
 pub use models::{Fluid, FluidParameters};
 pub use opaque::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
+pub use solid::{SolidPass, SolidSurface};
 pub use surroundings::{MaterialUniform, SkyUniform, Surroundings};
 pub use water_shadow::{SunPath, WaterShadow};
 
 use meniscus_gpu::{Shader, shader};
 
-/// Includes of this stage, dependencies first: `meniscus::brdf`, `material`, `sky`, `surroundings`, `water`.
+/// Includes of this stage, dependencies first: `meniscus::brdf`, `material`, `sky`, `lit`, `surroundings`, `water`.
 pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/brdf"),
     shader!(include "shading/material"),
     shader!(include "shading/sky"),
+    shader!(include "shading/lit"),
     shader!(include "shading/surroundings"),
     shader!(include "shading/water"),
 ];

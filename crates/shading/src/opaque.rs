@@ -148,7 +148,8 @@ impl ScenePass {
             ("materials", scene.materials.bind()),
         ];
         // Every pixel is drawn by the background's triangle; the clear values are never seen.
-        let targets = [(color.view(), wgpu::Color::TRANSPARENT), (distance.view(), wgpu::Color::TRANSPARENT)];
+        let clear = Some(wgpu::Color::TRANSPARENT);
+        let targets = [(color.view(), clear), (distance.view(), clear)];
         let count = 3 + scene.triangles.len() as u32;
         recorder.raster(
             gpu,

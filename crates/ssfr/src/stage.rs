@@ -67,10 +67,51 @@ impl Ssfr {
         scene_distance: &Texture<SceneDistance>,
         images: &SurfaceImages,
     ) {
+        let common = self.record_splats(recorder, gpu, camera, sets, scene_distance, images);
+        self.thickness.record(recorder, gpu, camera, sets, &common, scene_distance, images, &self.params);
+        self.record_smoothing(recorder, gpu, camera, &common, images);
+    }
+
+    /// As [`Self::record`] for a surface that nothing shines through: without thickness.
+    ///
+    /// # Panics
+    /// As [`Self::record`].
+    pub fn record_opaque(
+        &self,
+        recorder: &mut Recorder,
+        gpu: &Gpu,
+        camera: &Binding,
+        sets: &[SplatSet<'_>],
+        scene_distance: &Texture<SceneDistance>,
+        images: &SurfaceImages,
+    ) {
+        let common = self.record_splats(recorder, gpu, camera, sets, scene_distance, images);
+        self.record_smoothing(recorder, gpu, camera, &common, images);
+    }
+
+    fn record_splats(
+        &self,
+        recorder: &mut Recorder,
+        gpu: &Gpu,
+        camera: &Binding,
+        sets: &[SplatSet<'_>],
+        scene_distance: &Texture<SceneDistance>,
+        images: &SurfaceImages,
+    ) -> Common {
         assert!(images.fit(scene_distance.size(), &self.params), "surface images of another size or scale");
         let common = Common::of(sets);
         self.surface.record(recorder, gpu, camera, sets, &common, scene_distance, images);
-        self.thickness.record(recorder, gpu, camera, sets, &common, scene_distance, images, &self.params);
+        common
+    }
+
+    fn record_smoothing(
+        &self,
+        recorder: &mut Recorder,
+        gpu: &Gpu,
+        camera: &Binding,
+        common: &Common,
+        images: &SurfaceImages,
+    ) {
         self.filter.record(
             recorder,
             gpu,
