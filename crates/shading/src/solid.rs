@@ -1,0 +1,69 @@
+use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, TextureRole, ViewNormal};
+use meniscus_gpu::{
+    CameraUniform, Gpu, Image, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture, shader,
+};
+use meniscus_scene::Material;
+
+use crate::{INCLUDES, MaterialUniform, ShadingError, Surroundings};
+
+const SHADER: Shader = shader!("shading/solid");
+
+/// The surface of particles that are drawn opaque.
+#[derive(Clone, Copy, Debug)]
+pub struct SolidSurface<'a> {
+    /// Distance; nothing where there is none.
+    pub distance: &'a Image<EyeDistance>,
+    /// Normals.
+    pub normal: &'a Image<ViewNormal>,
+    /// What it is made of; patterns are left out, for they would swim over moving particles.
+    pub material: Material,
+}
+
+/// Draws opaque particle surfaces into the scene, so that water is shaded, clipped and refracted against them.
+#[derive(Debug)]
+pub struct SolidPass {
+    pipeline: RasterPipeline,
+}
+
+impl SolidPass {
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when the shader does not compile.
+    pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
+        let pipeline = gpu.raster_pipeline(&RasterPipelineDescriptor {
+            shader: SHADER,
+            includes: INCLUDES,
+            definitions: &[],
+            vertex_buffers: &[],
+            targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
+            depth: false,
+        })?;
+        Ok(Self { pipeline })
+    }
+
+    /// Draws `surface` as `shading.solid` over what `color` and `distance` hold; all images have the camera's size.
+    #[expect(clippy::too_many_arguments, reason = "two targets of one pass, each with its own role")]
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        camera: &CameraUniform,
+        surroundings: &Surroundings,
+        surface: &SolidSurface<'_>,
+        color: &Texture<SceneColor>,
+        distance: &Texture<SceneDistance>,
+    ) {
+        let bindings = [
+            ("camera", recorder.uniform(camera)),
+            ("surroundings", recorder.uniform(surroundings)),
+            ("material", recorder.uniform(&MaterialUniform::from(&surface.material))),
+            ("distances", surface.distance.bind()),
+            ("normals", surface.normal.bind()),
+        ];
+        let targets = [(color.view(), None), (distance.view(), None)];
+        recorder.raster(gpu, "shading.solid", &self.pipeline, &bindings, &targets, None, |pass| {
+            pass.draw(0..3, 0..1);
+        });
+    }
+}

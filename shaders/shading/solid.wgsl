@@ -1,0 +1,42 @@
+// Particle sets that are drawn opaque become part of the scene: every covered pixel writes its lit colour and distance over
+// what is there. The splats were already cut off behind the scene, so no depth test is needed.
+
+#import meniscus::camera::{Camera, view_ray}
+#import meniscus::lit::lit
+#import meniscus::material::{Material, pattern_tone}
+#import meniscus::surface::{is_empty, unpack_normal}
+#import meniscus::surroundings::{Surroundings, clear_share, far_radiance}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<uniform> surroundings: Surroundings;
+@group(0) @binding(2) var<uniform> material: Material;
+@group(0) @binding(3) var<storage, read> distances: array<f32>;
+@group(0) @binding(4) var<storage, read> normals: array<u32>;
+
+struct Target {
+    @location(0) color: vec4<f32>,
+    @location(1) distance: f32,
+}
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    let corner = vec2(f32(index & 1u), f32(index >> 1u)) * 4.0 - 1.0;
+    return vec4(corner, 0.5, 1.0);
+}
+
+@fragment
+fn fragment(@builtin(position) place: vec4<f32>) -> Target {
+    let pixel = u32(place.y) * camera.size_px.x + u32(place.x);
+    let distance = distances[pixel];
+    if is_empty(distance) {
+        discard;
+    }
+    let ray = view_ray(camera, place.xy);
+    let step = (camera.world_from_view * vec4(ray.step, 0.0)).xyz;
+    let per_step = length(step);
+    let direction = step / per_step;
+    let normal = (camera.world_from_view * vec4(unpack_normal(normals[pixel]), 0.0)).xyz;
+    let near = lit(surroundings.sky, material, 1.0, normal, -direction);
+    let color = mix(far_radiance(surroundings, direction), near, clear_share(surroundings, distance * per_step));
+    return Target(vec4(min(color, vec3(60000.0)), 1.0), distance);
+}
