@@ -9,6 +9,7 @@
 mod error;
 mod images;
 mod measure;
+mod opaque_sets;
 mod prepare;
 mod registry;
 mod renderer;

@@ -7,7 +7,8 @@ use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, W
 use meniscus_ssfr::{SplatInput, SplatSet, Ssfr, SurfaceImages};
 
 use crate::images::FrameImages;
-use crate::{PipelineError, PreparedFrame, PreparedSet, Preparer, Registry, Settings, SettingsError, World};
+use crate::opaque_sets::OpaqueSets;
+use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, World};
 
 /// A finished picture.
 #[derive(Clone, Debug)]
@@ -19,8 +20,8 @@ pub struct Picture {
 }
 
 /// A set on the GPU and what of it is drawn.
-#[derive(Default)]
 struct DrawnSet {
+    look: Look,
     gpu: GpuSet,
     selector: Selector,
 }
@@ -29,6 +30,7 @@ struct DrawnSet {
 /// size and particle number allocates nothing.
 pub struct Renderer {
     gpu: Gpu,
+    registry: Registry,
     settings: Settings,
     recorder: Recorder,
     scene: ScenePass,
@@ -38,6 +40,7 @@ pub struct Renderer {
     compositor: Compositor,
     geometry: Option<SceneGeometry>,
     images: Option<FrameImages>,
+    opaque: Option<OpaqueSets>,
     sets: Vec<DrawnSet>,
     counts: ParticleCounts,
 }
@@ -60,9 +63,11 @@ impl Renderer {
             compositor: Compositor::new(&gpu)?,
             geometry: None,
             images: None,
+            opaque: None,
             sets: Vec::new(),
             counts: ParticleCounts::default(),
             gpu,
+            registry,
             settings,
         })
     }
@@ -180,6 +185,7 @@ impl Renderer {
             self.geometry = Some(SceneGeometry::new(&self.gpu, world.scene())?);
         }
         self.select(frame, world, camera, size)?;
+        self.fit_opaque(size)?;
 
         let uniform = CameraUniform::new(camera, size);
         let camera_binding = self.recorder.uniform(&uniform);
@@ -194,15 +200,26 @@ impl Renderer {
             &images.scene_depth,
         );
         let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(splat_inputs).collect();
-        let sets: Vec<SplatSet> = pages
-            .iter()
-            .map(|pages| SplatSet {
-                pages,
-                radius_world: world.space().radius as f32,
-                volume_world: (world.space().spacing as f32).powi(3),
-                uniform_radius: self.settings.lod.threshold >= 1.0,
-            })
-            .collect();
+        let splats = |look: Look| -> Vec<SplatSet> {
+            let of_look = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
+            of_look.map(|(_, pages)| splat_set(pages, world, &self.settings)).collect()
+        };
+        for look in OPAQUE_LOOKS {
+            let sets = splats(look);
+            if let (Some(opaque), false) = (&self.opaque, sets.is_empty()) {
+                let camera = (&uniform, &camera_binding);
+                opaque.record(
+                    &self.gpu,
+                    &mut self.recorder,
+                    camera,
+                    geometry.surroundings(),
+                    look,
+                    &sets,
+                    images,
+                );
+            }
+        }
+        let sets = splats(Look::Water);
         self.surface.record(
             &mut self.recorder,
             &self.gpu,
@@ -255,6 +272,15 @@ impl Renderer {
         Ok(())
     }
 
+    /// Makes what draws opaque sets, if there are any.
+    fn fit_opaque(&mut self, size: [u32; 2]) -> Result<(), PipelineError> {
+        let needed = self.sets.iter().any(|set| OPAQUE_LOOKS.contains(&set.look));
+        if needed && self.opaque.as_ref().is_none_or(|opaque| opaque.size() != size) {
+            self.opaque = Some(OpaqueSets::new(&self.gpu, &self.registry, &self.settings.surface, size)?);
+        }
+        Ok(())
+    }
+
     /// Uploads the sets and what of them is kept, where either has changed.
     fn select(
         &mut self,
@@ -263,10 +289,11 @@ impl Renderer {
         camera: &Camera,
         size: [u32; 2],
     ) -> Result<(), PipelineError> {
-        let water: Vec<&PreparedSet> = frame.sets.iter().filter(|set| set.look == Look::Water).collect();
-        self.sets.resize_with(water.len(), DrawnSet::default);
+        self.sets.truncate(frame.sets.len());
+        self.sets.resize_with(frame.sets.len(), DrawnSet::new);
         self.counts = ParticleCounts::default();
-        for (drawn, set) in self.sets.iter_mut().zip(water) {
+        for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
+            drawn.look = set.look;
             drawn.gpu.upload(&self.gpu, &set.chunked)?;
             let radius = world.space().radius as f32;
             if drawn.selector.update(&set.chunked, camera, size, radius, &self.settings.lod)? {
@@ -279,6 +306,24 @@ impl Renderer {
             self.counts.chunks_culled += counts.chunks_culled;
         }
         Ok(())
+    }
+}
+
+/// Looks that become part of the opaque scene, in the order drawn.
+const OPAQUE_LOOKS: [Look; 2] = [Look::Solid, Look::Spheres];
+
+impl DrawnSet {
+    fn new() -> Self {
+        Self { look: Look::Hidden, gpu: GpuSet::default(), selector: Selector::default() }
+    }
+}
+
+fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, settings: &Settings) -> SplatSet<'a> {
+    SplatSet {
+        pages,
+        radius_world: world.space().radius as f32,
+        volume_world: (world.space().spacing as f32).powi(3),
+        uniform_radius: settings.lod.threshold >= 1.0,
     }
 }
 
