@@ -3,5 +3,5 @@
 use std::process::ExitCode;
 
 fn main() -> ExitCode {
-    meniscus::run(meniscus_pipeline::Registry::builtin())
+    meniscus_cli::run(meniscus_cli::Registry::builtin())
 }

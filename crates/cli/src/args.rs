@@ -64,8 +64,8 @@ pub enum Command {
     /// Draw one image or a numbered sequence.
     #[command(after_help = "Examples:\n  meniscus render fluid.vtu -o water.png\n  \
         meniscus render fluid.pvd -o 'out_%04d.png'\n  meniscus render fluid.pvd -o still.png --frame 12 --size 1920x1080\n  \
-        meniscus render dam.pvd -o dam.png --where 'type == 0'\n  \
-        meniscus render dam.pvd -o dam.png --set \"water=type == 0\" --set \"walls=type == 1:hidden\"\n  \
+        meniscus render dam.pvd -o 'dam_%04d.png' --where 'type == 0'\n  \
+        meniscus render dam.pvd -o dam.png --frame 5 --set \"water=type == 0\" --set \"walls=type == 1:hidden\" --set \"block=type == 2:solid\"\n  \
         meniscus render fluid.vtu -o side.png --camera \"0.5,0.3,1/0,0.1,0/0,1,0/35\"\n  \
         meniscus render fluid.vtu -o milk.png --param lighting.attenuation_scale=20")]
     Render(RenderArgs),
@@ -86,11 +86,11 @@ pub struct InputArgs {
     pub input: PathBuf,
 
     /// Distance between neighbouring particles, in the file's unit [default: from mass and density, else estimated].
-    #[arg(long, value_name = "LENGTH", value_parser = crate::values::positive)]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = crate::values::positive)]
     pub spacing: Option<f64>,
 
     /// Radius drawn, in the file's unit; does not change the mean thickness [default: 0.625 spacing].
-    #[arg(long, value_name = "LENGTH", value_parser = crate::values::positive)]
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = crate::values::positive)]
     pub radius: Option<f64>,
 
     /// A named particle set and how it is drawn (water, solid, spheres, hidden); PATTERN is an expression as in --where.
@@ -143,7 +143,7 @@ pub struct InfoArgs {
     pub input: InputArgs,
 
     /// Frame to look into.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_name = "N")]
     pub frame: usize,
 
     /// Read every attribute and give its smallest and largest value per component.
@@ -163,7 +163,7 @@ pub struct PictureArgs {
     pub size: ImageSize,
 
     /// Fraction of the particles that are drawn, 0 to 1; 1 is full detail.
-    #[arg(long, default_value_t = 1.0, value_name = "T")]
+    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_name = "T")]
     pub lod: f32,
 
     /// Eye, target, up vector and vertical field of view in degrees, in the file's coordinates.
@@ -180,7 +180,7 @@ pub struct PictureArgs {
     pub view: Option<String>,
 
     /// Parallel projection with this height of the picture in the file's unit.
-    #[arg(long, value_name = "HEIGHT", value_parser = crate::values::positive)]
+    #[arg(long, value_name = "HEIGHT", allow_negative_numbers = true, value_parser = crate::values::positive)]
     pub ortho: Option<f64>,
 
     /// Surface filter: see --param for its parameters.
@@ -212,7 +212,7 @@ pub struct RenderArgs {
     pub output: PathBuf,
 
     /// The one frame to draw [default: all].
-    #[arg(long, value_name = "N", conflicts_with = "frames")]
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "frames")]
     pub frame: Option<usize>,
 
     /// Frames to draw, the last one included; either end may be left out.
@@ -236,7 +236,7 @@ pub struct BenchArgs {
     pub input: InputArgs,
 
     /// Frame of the series that is drawn.
-    #[arg(long, default_value_t = 0, value_name = "N")]
+    #[arg(long, default_value_t = 0, allow_negative_numbers = true, value_name = "N")]
     pub frame: usize,
 
     /// How the picture is made.

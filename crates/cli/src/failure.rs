@@ -1,7 +1,7 @@
 use meniscus_core::{CameraError, FrameError, FrameErrorKind};
 use meniscus_export::ExportError;
 use meniscus_gpu::GpuError;
-use meniscus_pipeline::PipelineError;
+use meniscus_pipeline::{PipelineError, ShadingError, SsfrError};
 
 /// Everything that ends a command early; its message is one readable paragraph.
 #[derive(Debug, thiserror::Error)]
@@ -96,13 +96,33 @@ impl From<meniscus_io::Error> for Failure {
 }
 
 impl From<PipelineError> for Failure {
-    /// Errors that a stage passes through keep their own exit code.
+    /// What a stage refuses about its parameters is the command line's; what it passes through keeps its own exit code.
     fn from(error: PipelineError) -> Self {
+        let malformed =
+            |file, message| Self::Input(FrameError { kind: FrameErrorKind::Malformed, file, message });
         match error {
-            PipelineError::Gpu(error) => Self::Gpu(error),
-            PipelineError::Settings(error) => Self::Usage(error.to_string()),
+            PipelineError::Gpu(error)
+            | PipelineError::Surface(SsfrError::Gpu(error))
+            | PipelineError::Shading(ShadingError::Gpu(error)) => Self::Gpu(error),
+            PipelineError::Frame(error) => Self::Input(error),
             PipelineError::Camera(error) => Self::from(error),
-            other => Self::Pipeline(other),
+            PipelineError::SceneFile { path, source } => {
+                let kind = match source.kind() {
+                    std::io::ErrorKind::NotFound => FrameErrorKind::NotFound,
+                    _ => FrameErrorKind::Io,
+                };
+                Self::Input(FrameError {
+                    kind,
+                    file: Some(path),
+                    message: format!("the scene file cannot be read: {source}"),
+                })
+            }
+            PipelineError::Scene(error) => malformed(None, error.to_string()),
+            PipelineError::Settings(_)
+            | PipelineError::Lod(_)
+            | PipelineError::Surface(_)
+            | PipelineError::Shading(_) => Self::Usage(error.to_string()),
+            PipelineError::Compositor(_) => Self::Pipeline(error),
         }
     }
 }

@@ -17,7 +17,7 @@ mod values;
 use std::process::ExitCode;
 
 use clap::{CommandFactory, Parser};
-use meniscus_pipeline::Registry;
+pub use meniscus_pipeline::Registry;
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
@@ -25,8 +25,11 @@ use crate::terminal::Terminal;
 
 /// Runs the program on this process's arguments with the filters and lighting models of `registry`.
 pub fn run(registry: Registry) -> ExitCode {
-    let cli = Cli::parse();
     hush_mesa();
+    let cli = match Cli::try_parse() {
+        Ok(cli) => cli,
+        Err(error) => return refuse(&error),
+    };
     let level = match (cli.global.quiet, cli.global.verbose) {
         (true, _) => "error",
         (_, 0) => "warn",
@@ -69,6 +72,17 @@ pub fn run(registry: Registry) -> ExitCode {
             ExitCode::from(failure.exit_code())
         }
     }
+}
+
+/// Prints what clap has to say (help and version too), and as JSON where that was asked for.
+fn refuse(error: &clap::Error) -> ExitCode {
+    // Nobody is left to be told when printing fails.
+    let _ = error.print();
+    if error.use_stderr() && std::env::args_os().any(|arg| arg == "--json") {
+        let message = error.render().to_string();
+        println!("{}", report::error_json(&Failure::Usage(message.trim().to_owned())));
+    }
+    ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
 
 /// On a machine without a desktop session, Mesa's device selection layer complains on standard error about a missing

@@ -129,14 +129,13 @@ fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>),
     Ok((camera, choice))
 }
 
-/// Whether a report could be written beside the pictures; before any work is done.
+/// Whether a report could be written there at all; before any work is done.
 pub fn check_report_path(path: &Path) -> Result<(), Failure> {
-    match path.parent().filter(|p| !p.as_os_str().is_empty()) {
-        Some(folder) if !folder.is_dir() => Err(Failure::Usage(format!(
-            "--report {}: the folder {} does not exist",
-            path.display(),
-            folder.display()
-        ))),
-        _ => Ok(()),
+    if path.is_dir() || path.file_name().is_none() {
+        return Err(Failure::Usage(format!(
+            "--report {}: this is a folder; give a file name",
+            path.display()
+        )));
     }
+    Ok(())
 }

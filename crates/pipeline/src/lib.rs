@@ -17,6 +17,8 @@ mod settings;
 mod world;
 
 pub use error::PipelineError;
+pub use meniscus_shading::ShadingError;
+pub use meniscus_ssfr::SsfrError;
 pub use prepare::{PreparedFrame, PreparedSet, Preparer};
 pub use registry::Registry;
 pub use renderer::{Picture, Renderer};

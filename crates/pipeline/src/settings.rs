@@ -62,7 +62,7 @@ pub enum SettingsError {
     UnknownKey {
         /// As given.
         key: String,
-        /// The longest known beginning.
+        /// The longest known beginning, in words.
         parent: String,
         /// What follows it.
         available: String,
@@ -218,7 +218,9 @@ fn slot<'a>(tree: &'a mut Value, key: &str) -> Result<&'a mut Value, SettingsErr
 fn unknown(key: &str, parent: &str, map: &Map<String, Value>) -> SettingsError {
     let available =
         if map.is_empty() { "none".to_owned() } else { map.keys().cloned().collect::<Vec<_>>().join(", ") };
-    SettingsError::UnknownKey { key: key.to_owned(), parent: parent.to_owned(), available }
+    let parent =
+        if parent.is_empty() { "the top level".to_owned() } else { format!("`{}`", short_key(parent)) };
+    SettingsError::UnknownKey { key: key.to_owned(), parent, available }
 }
 
 /// A TOML value; what is none is a string.

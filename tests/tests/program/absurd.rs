@@ -28,10 +28,9 @@ fn absurd_command_lines() {
         (0, "--radius 1e6"),
         (0, "--radius 1e-12"),
         (0, "--radius 100 --spacing 1e-3"),
-        // Should be 2: the length was given, it is the command line that is wrong.
-        (1, "--radius 1e300"),
-        (1, "--spacing 1e300"),
-        (1, "--spacing 1e-300"),
+        (2, "--radius 1e300"),
+        (2, "--spacing 1e300"),
+        (2, "--spacing 1e-300"),
         (0, "--unit 1e300"),
         (2, "--unit furlong"),
         (0, "--ortho 2"),
@@ -75,12 +74,10 @@ fn absurd_command_lines() {
         (2, "--param post.exposure=nan"),
         (2, "--param thickness.scale=3"),
         (2, "--param lighting.nothing=1"),
-        // Should be 2: refused like the others, only later.
-        (1, "--param filter.sigma=1e30"),
-        (1, "--param filter.nothing=1"),
-        // Should be 3 or 2: the scene file is an input.
-        (1, "--param scene.file=missing.toml"),
-        (1, "--param scene.file=not-a-scene.toml"),
+        (2, "--param filter.sigma=1e30"),
+        (2, "--param filter.nothing=1"),
+        (3, "--param scene.file=missing.toml"),
+        (3, "--param scene.file=not-a-scene.toml"),
     ] {
         let size = if flags.contains("--size") { "" } else { "--size 32x18" };
         let run = program.run(&format!("render dam/dam_break_0000.vtu -q -o out.png {size} {flags}"));
