@@ -4,7 +4,7 @@ use std::path::Path;
 
 use meniscus_core::{Choice, Flaws, FrameReport};
 use meniscus_export::{ExportError, write_text};
-use meniscus_gpu::AdapterSummary;
+use meniscus_gpu::{AdapterSummary, Gpu};
 use meniscus_io::Series;
 use serde::Serialize;
 use serde_json::json;
@@ -12,11 +12,37 @@ use serde_json::json;
 use crate::failure::Failure;
 use crate::picture::Studio;
 
+/// What of the device decides how a picture is made.
+#[derive(Debug, Serialize)]
+struct DeviceReport {
+    features: Vec<String>,
+    time_stamps_believed: bool,
+    max_storage_buffer_binding_size: u64,
+    max_buffer_size: u64,
+    max_texture_dimension_2d: u32,
+    max_compute_workgroups_per_dimension: u32,
+}
+
+impl DeviceReport {
+    fn of(gpu: &Gpu) -> Self {
+        let limits = gpu.limits();
+        Self {
+            features: gpu.features().iter_names().map(|(name, _)| name.to_owned()).collect(),
+            time_stamps_believed: gpu.trusts_time_stamps(),
+            max_storage_buffer_binding_size: limits.max_storage_buffer_binding_size,
+            max_buffer_size: limits.max_buffer_size,
+            max_texture_dimension_2d: limits.max_texture_dimension_2d,
+            max_compute_workgroups_per_dimension: limits.max_compute_workgroups_per_dimension,
+        }
+    }
+}
+
 /// `--report`.
 #[derive(Debug, Serialize)]
 pub struct RenderReport {
     version: &'static str,
     adapter: AdapterSummary,
+    device: DeviceReport,
     size: [u32; 2],
     camera: meniscus_core::Camera,
     space: meniscus_core::SeriesSpace,
@@ -33,6 +59,7 @@ impl RenderReport {
         Self {
             version: env!("CARGO_PKG_VERSION"),
             adapter: studio.renderer.gpu().summary().clone(),
+            device: DeviceReport::of(studio.renderer.gpu()),
             size: studio.size,
             camera: studio.camera,
             space: *series.space(),
