@@ -2,7 +2,7 @@
 // scene's distance, Beer-Lambert with single scattering along the marched path, reflected surroundings, the sun's GGX lobe.
 
 #import meniscus::brdf::{PI, fresnel_dielectric, ggx}
-#import meniscus::camera::{Camera, project_px, px_per_world}
+#import meniscus::camera::{Camera, project_px, px_per_world, view_position}
 #import meniscus::surface::{is_empty, unpack_normal}
 #import meniscus::surroundings::{Surroundings, surroundings_radiance}
 #import meniscus::water::{WaterPoint, water_point}
@@ -130,29 +130,53 @@ fn background(px: vec2<f32>, water_distance: f32, fallback: vec3<f32>) -> vec3<f
     return select(fallback, sum.rgb / max(sum.a, 1e-4), sum.a > 0.0);
 }
 
+// Share of a spacing over which normals are compared and averaged: finer detail is not in the particles, it is noise.
+const STENCIL_SPACINGS: f32 = 0.3;
+const MAX_STENCIL_PX: f32 = 4.0;
+// Squared difference that stands for a neighbour on another surface: at an edge the normal is uncertain.
+const EDGE_SPREAD: f32 = 0.2;
+// How far around a pixel other water makes it part of something larger than a drop.
+const DROP_SPACINGS: f32 = 1.6;
+const MAX_DROP_PX: f32 = 64.0;
+
 // The normals around a pixel.
 struct Neighbourhood {
-    // Sum over this pixel and those of its four neighbours that are water.
+    // Sum over this pixel and those of its four neighbours that lie on the same surface.
     normal_sum: vec3<f32>,
     // Mean squared difference of the neighbours' to this pixel's.
     spread: f32,
+    // 1: everything around lies below the tangent plane, as around a drop; about 0.5 at a straight edge, 0 within a surface.
+    isolation: f32,
 }
 
-fn neighbourhood(pixel: vec2<u32>) -> Neighbourhood {
+fn neighbourhood(pixel: vec2<u32>, distance: f32) -> Neighbourhood {
+    let spacing_px = fluid.spacing_world * px_per_world(camera, distance);
+    let stride_px = floor(clamp(STENCIL_SPACINGS * spacing_px, 1.0, MAX_STENCIL_PX));
     let last = vec2<i32>(camera.size_px) - 1;
     let offsets = array(vec2(-1, 0), vec2(1, 0), vec2(0, -1), vec2(0, 1));
     let center = unpack_normal(normals[pixel.y * camera.size_px.x + pixel.x]);
     var sum = center;
     var spread = 0.0;
     for (var k = 0; k < 4; k++) {
-        let at = vec2<u32>(clamp(vec2<i32>(pixel) + offsets[k], vec2(0), last));
+        let at = vec2<u32>(clamp(vec2<i32>(pixel) + i32(stride_px) * offsets[k], vec2(0), last));
         let index = at.y * camera.size_px.x + at.x;
-        let normal = select(unpack_normal(normals[index]), center, is_empty(distances[index]));
+        let same = abs(distances[index] - distance) <= 2.0 * fluid.spacing_world;
+        let normal = select(center, unpack_normal(normals[index]), same);
         let delta = normal - center;
         sum += normal;
-        spread += 0.25 * dot(delta, delta);
+        spread += 0.25 * select(EDGE_SPREAD, dot(delta, delta), same);
     }
-    return Neighbourhood(sum, spread);
+    let far_px = i32(clamp(DROP_SPACINGS * spacing_px, 2.0, MAX_DROP_PX));
+    let plane = normalize(sum + 1e-6 * center);
+    let position = view_position(camera, vec2<f32>(pixel) + 0.5, distance);
+    var isolation = 0.0;
+    for (var k = 0; k < 4; k++) {
+        let at = vec2<u32>(clamp(vec2<i32>(pixel) + far_px * offsets[k], vec2(0), last));
+        let other = min(distances[at.y * camera.size_px.x + at.x], 2.0 * distance);
+        let below = dot(plane, position - view_position(camera, vec2<f32>(at) + 0.5, other));
+        isolation += 0.25 * clamp(2.0 * below / max(fluid.spacing_world, 1e-6 * distance) - 1.0, 0.0, 1.0);
+    }
+    return Neighbourhood(sum, spread, isolation);
 }
 
 // Length of water between the scene seen at `px` and the sun, bilinear.
@@ -168,6 +192,11 @@ fn sun_path(px: vec2<f32>) -> f32 {
     return mix(top, bottom, f.y);
 }
 
+// Share of sunlight that the deepest shadow of water takes.
+const MAX_SHADOW: f32 = 0.55;
+// How much of the water's tint its shadow has.
+const SHADOW_TINT: f32 = 0.7;
+
 // What the water between scene and sun leaves of the light on the scene seen at `px`. The scene was lit by sun and sky
 // together; the sun's share is taken as that on level ground.
 fn shadow(px: vec2<f32>) -> vec3<f32> {
@@ -178,8 +207,10 @@ fn shadow(px: vec2<f32>) -> vec3<f32> {
     let sky = surroundings.sky;
     let sun = sky.sun_irradiance * max(dot(sky.sun_direction, sky.up), 0.0);
     let share = sun / max(sun + sky.irradiance_up, vec3(1e-30));
-    let extinction = fluid.absorption + fluid.scattering + fluid.shadow_extinction;
-    return 1.0 - share * (1.0 - exp2(-1.44269504 * extinction * path));
+    // Waves focus as much light as they take away, and light comes in from all sides: a good part always arrives.
+    let grey = dot(fluid.absorption, vec3(1.0 / 3.0));
+    let extinction = mix(vec3(grey), fluid.absorption, SHADOW_TINT) + fluid.scattering + fluid.shadow_extinction;
+    return 1.0 - MAX_SHADOW * share * (1.0 - exp2(-1.44269504 * extinction * path));
 }
 
 fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
@@ -189,6 +220,7 @@ fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
 // Length of the refracted path in the water, and the picture point where it ends.
 struct Path {
     length_world: f32,
+    end_view: vec3<f32>,
     end_px: vec2<f32>,
 }
 
@@ -199,8 +231,26 @@ fn refracted_path(water: WaterPoint, thickness: f32) -> Path {
     let reach = max(thickness, 0.0) / max(dot(direction, incident), MIN_PATH_COSINE);
     let length_world = trace_path(water, direction, reach);
     // What lies outside of the picture is not known: its border stands for it.
-    let end_px = project_px(camera, water.position_view + length_world * direction);
-    return Path(length_world, clamp(end_px, vec2(0.0), vec2<f32>(camera.size_px)));
+    let end_view = water.position_view + length_world * direction;
+    let end_px = clamp(project_px(camera, end_view), vec2(0.0), vec2<f32>(camera.size_px));
+    return Path(length_world, end_view, end_px);
+}
+
+// Share of diffuse light that a surface of water reflects back down.
+const INTERNAL_REFLECTANCE: f32 = 0.48;
+// How much of that is applied: a finite body of water lets light out at its sides.
+const WET_SHARE: f32 = 0.6;
+
+// How much darker the floor looks where the water at the end of the path wets it: light that it scatters is reflected back at
+// the water's surface and meets it again (Lekner & Dorf 1988). Water ends at the floor only to within its
+// resolution.
+fn wet(water: WaterPoint, path: Path) -> vec3<f32> {
+    let albedo = surroundings.floor.color;
+    let ratio = (1.0 - INTERNAL_REFLECTANCE) / (1.0 - INTERNAL_REFLECTANCE * albedo);
+    let near = fluid.spacing_world + 0.15 * path.length_world;
+    let gap = clearance(path.end_view, water.distance, 1e30);
+    let contact = WET_SHARE * (1.0 - smoothstep(near, 2.0 * near + 1e-30, gap));
+    return select(vec3(1.0), mix(vec3(1.0), ratio, contact), surroundings.has_floor != 0u);
 }
 
 // Light that comes through the water: the background, absorbed, and what the water scatters itself.
@@ -214,8 +264,11 @@ fn transmitted(behind: vec3<f32>, path_world: f32) -> vec3<f32> {
     return transmittance * behind + albedo * (1.0 - transmittance) * light;
 }
 
+// Brightest glint, enough to come out white.
+const MAX_GLINT: f32 = 6.0;
+
 // Radiance of a pixel that is all water, with `through` as the light that comes through it.
-fn shade(water: WaterPoint, spread: f32, thickness: f32, through: vec3<f32>) -> vec3<f32> {
+fn shade(water: WaterPoint, around: Neighbourhood, through: vec3<f32>) -> vec3<f32> {
     let sky = surroundings.sky;
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
@@ -229,24 +282,25 @@ fn shade(water: WaterPoint, spread: f32, thickness: f32, through: vec3<f32>) -> 
     mirrored = normalize(mirrored - 2.0 * level * fall * sky.up);
     let environment = surroundings_radiance(surroundings, position, mirrored);
 
-    // The curvature that a pixel hides widens the sun's lobe (Kaplanyan et al. 2016), so that glints do not flicker.
-    let alpha = min(sqrt(fluid.alpha * fluid.alpha + 0.5 * spread), 0.5);
+    // The variance of the normals widens the sun's lobe (Kaplanyan et al. 2016), so that noise does not become speckle. At
+    // grazing view the lobe is fed by the rims of single particles: fade it.
+    let drop = smoothstep(0.6, 1.0, around.isolation);
+    let alpha = min(sqrt(fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread), 0.6);
+    let facing = smoothstep(0.1, 0.4, water.n_v);
     let n_l = dot(normal, sky.sun_direction);
     let half_way = normalize(sky.sun_direction + to_eye);
     let lobe = ggx(max(n_l, 1e-3), water.n_v, max(dot(normal, half_way), 0.0), alpha) * max(n_l, 0.0);
     let glint = fresnel_dielectric(dot(to_eye, half_way), fluid.refractive_index) * lobe * sky.sun_irradiance;
 
-    let fresnel = mix(fresnel_dielectric(water.n_v, fluid.refractive_index), 1.0, fluid.additional_reflection);
-    let clear = mix(through, environment, fresnel) + min(glint, vec3(40.0));
+    // Uncertain normals have a larger root mean square cosine: reflectance at edges is not that of a mirror seen edge on.
+    let cosine = min(sqrt(water.n_v * water.n_v + 0.4 * around.spread), 1.0);
+    let fresnel = mix(fresnel_dielectric(cosine, fluid.refractive_index), 1.0, fluid.additional_reflection);
+    let clear = mix(through, environment, fresnel) + facing * min(glint, vec3(MAX_GLINT));
 
-    // About a particle thick and strongly curved is spray: many small drops scatter like a white diffuser. Thinner is the rim
-    // of something larger, and the cosine takes back the turning that is only foreshortening, at silhouettes.
-    let turn = sqrt(spread) * fluid.spacing_world * px_per_world(camera, water.distance) * water.n_v;
-    let particles = thickness / max(fluid.spacing_world, 1e-30);
-    let thin = smoothstep(0.2, 1.0, particles) * exp2(-0.4 * particles);
-    let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
+    // Single particles stand for many small drops, which scatter like a white diffuser.
+    let white = fluid.spray * drop;
     let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
-    let diffuse = mix(sky.irradiance_down, sky.irradiance_up, facing_up) + (0.5 + 0.5 * n_l) * sky.sun_irradiance;
+    let diffuse = mix(sky.irradiance_down, sky.irradiance_up, facing_up) + (0.3 + 0.7 * max(n_l, 0.0)) * sky.sun_irradiance;
     return mix(clear, diffuse / PI, white);
 }
 
@@ -265,12 +319,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     // The mean normal: differences between single pixels are mostly noise, which refraction would magnify.
-    let around = neighbourhood(id.xy);
+    let around = neighbourhood(id.xy, distance);
     let water = water_point(camera, id.xy, distance, around.normal_sum);
     let path = refracted_path(water, thickness);
     let dim = shadow(path.end_px);
-    let through = transmitted(dim * background(path.end_px, distance, scene.rgb), path.length_world);
-    let color = shade(water, around.spread, thickness, through);
+    let through = transmitted(dim * wet(water, path) * background(path.end_px, distance, scene.rgb), path.length_world);
+    let color = shade(water, around, through);
     // Less than a fraction of a particle is a soft edge, not water.
     let coverage = smoothstep(0.0, max(0.5 * fluid.spacing_world, 1e-30), thickness);
     radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage);

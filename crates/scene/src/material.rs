@@ -46,7 +46,7 @@ impl Material {
         let of =
             |pattern, color, roughness, metallic| Self { pattern, color, roughness, metallic, scale: 0.0 };
         Some(match name {
-            "tiles" => of(Pattern::Tiles, [0.43, 0.39, 0.335], 0.65, 0.0),
+            "tiles" => of(Pattern::Tiles, [0.65, 0.59, 0.50], 0.65, 0.0),
             "concrete" => of(Pattern::Concrete, [0.46, 0.45, 0.43], 0.85, 0.0),
             "soil" => of(Pattern::Soil, [0.34, 0.26, 0.18], 0.95, 0.0),
             "steel" => of(Pattern::Plain, [0.56, 0.57, 0.58], 0.35, 1.0),

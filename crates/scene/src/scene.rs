@@ -29,8 +29,8 @@ pub struct Sky {
 impl Default for Sky {
     fn default() -> Self {
         Self {
-            zenith: [0.075, 0.17, 0.40],
-            horizon: [0.50, 0.60, 0.71],
+            zenith: [0.085, 0.20, 0.47],
+            horizon: [0.54, 0.66, 0.80],
             ground: [0.30, 0.29, 0.27],
             glow: 1.0,
         }
@@ -80,13 +80,13 @@ pub struct Scene {
 
 impl Scene {
     /// Sun's elevation of the automatic scene.
-    pub(crate) const SUN_ELEVATION_DEG: f32 = 43.0;
-    /// Irradiance of the automatic sun: 43 degrees high, slightly warm.
+    pub(crate) const SUN_ELEVATION_DEG: f32 = 48.0;
+    /// Irradiance of the automatic sun: 48 degrees high, slightly warm.
     pub(crate) const SUN_IRRADIANCE: [f32; 3] = [3.30, 3.05, 2.65];
 
     /// The automatic scene for particles with centres in `bounds` (world) and the given `spacing` (world): a tiled floor that
-    /// touches the lowest particles' cells, half a spacing below their centres, under a clear sky with the sun behind the
-    /// water and to the left as the automatic camera sees it.
+    /// touches the lowest particles' cells, half a spacing below their centres, under a clear sky with the sun over
+    /// the left shoulder of the automatic camera.
     pub fn around(bounds: Aabb, up: UpAxis, spacing: f32) -> Self {
         let bounds = if bounds.is_empty() || !bounds.extent().is_finite() {
             Aabb { min: Vec3::ZERO, max: Vec3::ONE }
@@ -99,9 +99,9 @@ impl Scene {
         let height_world = bounds.min.dot(up.vector());
         let (across, away) = facing(bounds, up);
         let elevation = Self::SUN_ELEVATION_DEG.to_radians();
-        // 50 degrees off the view axis: the glitter path lies in the picture without blinding all of it.
+        // 135 degrees off the view axis: level water mirrors the sky, and only steep wave fronts the sun.
         let direction =
-            (away * 0.64 - across * 0.77).normalize() * elevation.cos() + up.vector() * elevation.sin();
+            -(away * 0.96 + across * 0.27).normalize() * elevation.cos() + up.vector() * elevation.sin();
         let mut scene = Self {
             up,
             anchor: bounds.center() - up.vector() * (bounds.center().dot(up.vector()) - height_world),
@@ -118,7 +118,7 @@ impl Scene {
 
     /// `material` with a scale chosen from the size of the scene where it has none.
     pub(crate) fn scaled(&self, material: Material) -> Material {
-        let scale = if material.scale > 0.0 { material.scale } else { round_down(self.size_world * 0.14) };
+        let scale = if material.scale > 0.0 { material.scale } else { round_down(self.size_world * 0.12) };
         Material { scale, ..material }
     }
 

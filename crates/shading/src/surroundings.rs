@@ -76,12 +76,12 @@ impl From<&Material> for MaterialUniform {
             Pattern::Plain => surface,
             Pattern::Tiles => Self {
                 joint_half_width: 0.012,
-                joint_tone: 0.52,
-                element_amplitude: 0.09,
+                joint_tone: 0.7,
+                element_amplitude: 0.05,
                 coarse_frequency: 5.3,
-                coarse_amplitude: 0.035,
+                coarse_amplitude: 0.025,
                 fine_frequency: 23.0,
-                fine_amplitude: 0.025,
+                fine_amplitude: 0.015,
                 ..surface
             },
             Pattern::Concrete => Self {

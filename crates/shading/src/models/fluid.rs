@@ -48,7 +48,7 @@ pub struct FluidParameters {
     /// light that the surface bends elsewhere.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub shadow: f32,
-    /// Whiteness of thin, strongly curved water, 0 to 1.
+    /// Whiteness of single drops, 0 to 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub spray: f32,
 }
@@ -62,10 +62,10 @@ impl Default for FluidParameters {
             attenuation_color: Absorption::OPTICAL_DEPTH,
             attenuation_scale: 1.0,
             attenuation_depth: None,
-            turbidity: 0.12,
-            roughness: 0.2,
+            turbidity: 0.06,
+            roughness: 0.15,
             shadow: 0.3,
-            spray: 0.5,
+            spray: 0.4,
         }
     }
 }

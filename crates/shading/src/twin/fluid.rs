@@ -16,6 +16,16 @@ use crate::models::FluidUniform;
 const MARCH_STEPS: i32 = 4;
 const MIN_PATH_COSINE: f32 = 0.3;
 const MIN_N_V: f32 = 0.03;
+const STENCIL_SPACINGS: f32 = 0.3;
+const MAX_STENCIL_PX: f32 = 4.0;
+const EDGE_SPREAD: f32 = 0.2;
+const DROP_SPACINGS: f32 = 1.6;
+const MAX_DROP_PX: f32 = 64.0;
+const MAX_SHADOW: f32 = 0.55;
+const SHADOW_TINT: f32 = 0.7;
+const INTERNAL_REFLECTANCE: f32 = 0.48;
+const WET_SHARE: f32 = 0.6;
+const MAX_GLINT: f32 = 6.0;
 
 struct WaterPoint {
     position_view: Vec3,
@@ -134,19 +144,45 @@ fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32, fallback: Ve
     if total > 0.0 { sum / total } else { fallback }
 }
 
-/// Sum of the normals of `pixel` and of its neighbours that are water, and their mean squared difference to its own.
-fn neighbourhood(input: &TwinInput<'_>, pixel: [u32; 2]) -> (Vec3, f32) {
+/// The normals around a pixel.
+struct Neighbourhood {
+    normal_sum: Vec3,
+    spread: f32,
+    isolation: f32,
+}
+
+fn neighbourhood(
+    fluid: &FluidUniform,
+    input: &TwinInput<'_>,
+    pixel: [u32; 2],
+    distance: f32,
+) -> Neighbourhood {
+    let spacing_px = fluid.spacing_world * px_per_world(input.camera, distance);
+    let stride_px = (STENCIL_SPACINGS * spacing_px).clamp(1.0, MAX_STENCIL_PX).floor();
     let at = IVec2::new(pixel[0] as i32, pixel[1] as i32);
+    let offsets = [IVec2::NEG_X, IVec2::X, IVec2::NEG_Y, IVec2::Y];
     let center = unpack_normal(input.normal[input.index(at)]);
     let (mut sum, mut spread) = (center, 0.0);
-    for offset in [IVec2::NEG_X, IVec2::X, IVec2::NEG_Y, IVec2::Y] {
-        let index = input.clamped(at + offset);
-        let normal =
-            if is_empty(input.distance[index]) { center } else { unpack_normal(input.normal[index]) };
+    for offset in offsets {
+        let index = input.clamped(at + stride_px as i32 * offset);
+        let same = (input.distance[index] - distance).abs() <= 2.0 * fluid.spacing_world;
+        let normal = if same { unpack_normal(input.normal[index]) } else { center };
         sum += normal;
-        spread += 0.25 * normal.distance_squared(center);
+        spread += 0.25 * if same { normal.distance_squared(center) } else { EDGE_SPREAD };
     }
-    (sum, spread)
+    let far_px = (DROP_SPACINGS * spacing_px).clamp(2.0, MAX_DROP_PX) as i32;
+    let plane = (sum + 1e-6 * center).normalize();
+    let position = |at: IVec2, d| view_position(input.camera, at.as_vec2() + 0.5, d);
+    let here = position(at, distance);
+    let mut isolation = 0.0;
+    for offset in offsets {
+        let at = (at + far_px * offset).clamp(IVec2::ZERO, input.size() - 1);
+        let other = input.distance[input.index(at)].min(2.0 * distance);
+        let below = plane.dot(here - position(at, other));
+        let soft = fluid.spacing_world.max(1e-6 * distance);
+        isolation += 0.25 * (2.0 * below / soft - 1.0).clamp(0.0, 1.0);
+    }
+    Neighbourhood { normal_sum: sum, spread, isolation }
 }
 
 fn sun_path(input: &TwinInput<'_>, px: Vec2) -> f32 {
@@ -170,24 +206,40 @@ fn shadow(fluid: &FluidUniform, input: &TwinInput<'_>, px: Vec2) -> Vec3 {
     let sky = &input.surroundings.sky;
     let sun = Vec3::from(sky.sun_irradiance) * Vec3::from(sky.sun_direction).dot(sky.up.into()).max(0.0);
     let share = sun / (sun + Vec3::from(sky.irradiance_up)).max(Vec3::splat(1e-30));
-    let extinction = Vec3::from(fluid.absorption) + fluid.scattering + fluid.shadow_extinction;
-    1.0 - share * (1.0 - (-LOG2_E * extinction * path).map(f32::exp2))
+    let absorption = Vec3::from(fluid.absorption);
+    let tinted = mix(Vec3::splat(absorption.element_sum() / 3.0), absorption, SHADOW_TINT);
+    let extinction = tinted + fluid.scattering + fluid.shadow_extinction;
+    1.0 - MAX_SHADOW * share * (1.0 - (-LOG2_E * extinction * path).map(f32::exp2))
 }
 
-/// Length of the refracted path in the water, and the picture point where it ends.
-fn refracted_path(
-    fluid: &FluidUniform,
-    input: &TwinInput<'_>,
-    water: &WaterPoint,
-    thickness: f32,
-) -> (f32, Vec2) {
+/// Length of the refracted path in the water, and where it ends: in view space and in the picture.
+struct Path {
+    length_world: f32,
+    end_view: Vec3,
+    end_px: Vec2,
+}
+
+fn refracted_path(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoint, thickness: f32) -> Path {
     let incident = -water.to_eye_view;
     let bent = refract(incident, water.normal_view, 1.0 / fluid.refractive_index);
     let direction = mix(incident, bent, fluid.refraction_scale).normalize();
     let reach = thickness.max(0.0) / direction.dot(incident).max(MIN_PATH_COSINE);
     let length_world = trace_path(input, water, direction, reach);
-    let end_px = project_px(input.camera, water.position_view + length_world * direction);
-    (length_world, end_px.clamp(Vec2::ZERO, input.size().as_vec2()))
+    let end_view = water.position_view + length_world * direction;
+    let end_px = project_px(input.camera, end_view).clamp(Vec2::ZERO, input.size().as_vec2());
+    Path { length_world, end_view, end_px }
+}
+
+fn wet(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoint, path: &Path) -> Vec3 {
+    if input.surroundings.has_floor == 0 {
+        return Vec3::ONE;
+    }
+    let albedo = Vec3::from(input.surroundings.floor.color);
+    let ratio = (1.0 - INTERNAL_REFLECTANCE) / (1.0 - INTERNAL_REFLECTANCE * albedo);
+    let near = fluid.spacing_world + 0.15 * path.length_world;
+    let gap = clearance(input, path.end_view, water.distance, 1e30);
+    let contact = WET_SHARE * (1.0 - smoothstep(near, 2.0 * near + 1e-30, gap));
+    mix(Vec3::ONE, ratio, contact)
 }
 
 fn transmitted(fluid: &FluidUniform, input: &TwinInput<'_>, behind: Vec3, path_world: f32) -> Vec3 {
@@ -204,8 +256,7 @@ fn shade(
     fluid: &FluidUniform,
     input: &TwinInput<'_>,
     water: &WaterPoint,
-    spread: f32,
-    thickness: f32,
+    around: &Neighbourhood,
     through: Vec3,
 ) -> Vec3 {
     let (camera, sky) = (input.camera, &input.surroundings.sky);
@@ -219,7 +270,9 @@ fn shade(
     mirrored = (mirrored - 2.0 * level * mirrored.dot(up).min(0.0) * up).normalize();
     let environment = surroundings_radiance(input.surroundings, position, mirrored);
 
-    let alpha = (fluid.alpha * fluid.alpha + 0.5 * spread).sqrt().min(0.5);
+    let drop = smoothstep(0.6, 1.0, around.isolation);
+    let alpha = (fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread).sqrt().min(0.6);
+    let facing = smoothstep(0.1, 0.4, water.n_v);
     let n_l = normal.dot(sun_direction);
     let half_way = (sun_direction + to_eye).normalize();
     let lobe = ggx(n_l.max(1e-3), water.n_v, normal.dot(half_way).max(0.0), alpha) * n_l.max(0.0);
@@ -227,17 +280,15 @@ fn shade(
         * lobe
         * Vec3::from(sky.sun_irradiance);
 
-    let reflectance = fresnel_dielectric(water.n_v, fluid.refractive_index);
+    let cosine = (water.n_v * water.n_v + 0.4 * around.spread).sqrt().min(1.0);
+    let reflectance = fresnel_dielectric(cosine, fluid.refractive_index);
     let reflectance = reflectance + (1.0 - reflectance) * fluid.additional_reflection;
-    let clear = mix(through, environment, reflectance) + glint.min(Vec3::splat(40.0));
+    let clear = mix(through, environment, reflectance) + facing * glint.min(Vec3::splat(MAX_GLINT));
 
-    let turn = spread.sqrt() * fluid.spacing_world * px_per_world(camera, water.distance) * water.n_v;
-    let particles = thickness / fluid.spacing_world.max(1e-30);
-    let thin = smoothstep(0.2, 1.0, particles) * (-0.4 * particles).exp2();
-    let white = fluid.spray * thin * smoothstep(0.4, 1.5, turn);
+    let white = fluid.spray * drop;
     let facing_up = 0.5 + 0.5 * normal.dot(up);
     let diffuse = mix(sky.irradiance_down.into(), sky.irradiance_up.into(), facing_up)
-        + (0.5 + 0.5 * n_l) * Vec3::from(sky.sun_irradiance);
+        + (0.3 + 0.7 * n_l.max(0.0)) * Vec3::from(sky.sun_irradiance);
     mix(clear, diffuse / PI, white)
 }
 
@@ -250,13 +301,14 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     if is_empty(distance) || thickness <= 0.0 || distance >= input.scene_distance[index] {
         return (scene * shadow(fluid, input, here_px).extend(1.0)).to_array();
     }
-    let (normal_sum, spread) = neighbourhood(input, pixel);
-    let water = water_point(input, pixel, distance, normal_sum);
-    let (path_world, end_px) = refracted_path(fluid, input, &water, thickness);
-    let dim = shadow(fluid, input, end_px);
-    let behind = dim * background(input, end_px, distance, scene.truncate());
-    let through = transmitted(fluid, input, behind, path_world);
-    let color = shade(fluid, input, &water, spread, thickness, through);
+    let around = neighbourhood(fluid, input, pixel, distance);
+    let water = water_point(input, pixel, distance, around.normal_sum);
+    let path = refracted_path(fluid, input, &water, thickness);
+    let dim = shadow(fluid, input, path.end_px);
+    let behind =
+        dim * wet(fluid, input, &water, &path) * background(input, path.end_px, distance, scene.truncate());
+    let through = transmitted(fluid, input, behind, path.length_world);
+    let color = shade(fluid, input, &water, &around, through);
     let coverage = smoothstep(0.0, (0.5 * fluid.spacing_world).max(1e-30), thickness);
     (scene * dim.extend(1.0) * (1.0 - coverage) + color.extend(1.0) * coverage).to_array()
 }
