@@ -65,7 +65,7 @@ pub enum Command {
     #[command(after_help = "Examples:\n  meniscus render fluid.vtu -o water.png\n  \
         meniscus render fluid.pvd -o 'out_%04d.png'\n  meniscus render fluid.pvd -o still.png --frame 12 --size 1920x1080\n  \
         meniscus render dam.pvd -o 'dam_%04d.png' --where 'type == 0'\n  \
-        meniscus render dam.pvd -o dam.png --frame 5 --set \"water=type == 0\" --set \"walls=type == 1:hidden\" --set \"block=type == 2:solid\"\n  \
+        meniscus render dam.pvd -o dam.png --frame 5 --set \"water=type == 0\" --set \"walls=type == 1:hidden\"\n  \
         meniscus render fluid.vtu -o side.png --camera \"0.5,0.3,1/0,0.1,0/0,1,0/35\"\n  \
         meniscus render fluid.vtu -o milk.png --param lighting.attenuation_scale=20")]
     Render(RenderArgs),

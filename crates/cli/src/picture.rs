@@ -4,6 +4,7 @@ use std::path::Path;
 
 use glam::DVec3;
 use meniscus_core::{Camera, Choice, Flaws, Projection};
+use meniscus_export::ExportError;
 use meniscus_gpu::{AdapterChoice, Gpu};
 use meniscus_io::Series;
 use meniscus_pipeline::{Registry, Renderer, Settings, World};
@@ -129,13 +130,17 @@ fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>),
     Ok((camera, choice))
 }
 
-/// Whether a report could be written there at all; before any work is done.
-pub fn check_report_path(path: &Path) -> Result<(), Failure> {
+/// Makes the folder of the report, so that a path that cannot be written is noticed before any work is done.
+pub fn prepare_report_path(path: &Path) -> Result<(), Failure> {
     if path.is_dir() || path.file_name().is_none() {
         return Err(Failure::Usage(format!(
             "--report {}: this is a folder; give a file name",
             path.display()
         )));
     }
-    Ok(())
+    match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
+        Some(folder) => std::fs::create_dir_all(folder)
+            .map_err(|source| ExportError::Io { path: path.to_owned(), source }.into()),
+        None => Ok(()),
+    }
 }

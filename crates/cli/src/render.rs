@@ -23,7 +23,7 @@ pub fn run(
 ) -> Result<(), Failure> {
     let Some(settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
     let pattern = OutputPattern::parse(&args.output)?;
-    args.report.as_deref().map_or(Ok(()), picture::check_report_path)?;
+    args.report.as_deref().map_or(Ok(()), picture::prepare_report_path)?;
     let cancel = interrupt();
     let series = Arc::new(input::open(&args.input)?);
     let frames = wanted_frames(args, series.frame_count())?;

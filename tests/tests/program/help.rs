@@ -42,8 +42,6 @@ fn the_examples_run() {
         std::fs::copy(&from, program.path(&format!("out_{index:04}.vtu"))).expect("a copy");
     }
     std::fs::rename(&folder, program.path("frames")).expect("a rename");
-    // Of one frame: its example writes one picture.
-    program.write("dam.pvd", "<VTKFile type=\"Collection\"><Collection><DataSet timestep=\"0\" file=\"fluid.vtu\"/></Collection></VTKFile>");
     let mut run = 0;
     for command in ["info", "render", "bench"] {
         let help = program.run(&format!("{command} --help")).ok().stdout;
