@@ -4,7 +4,7 @@
 #import meniscus::brdf::{PI, fresnel_dielectric, ggx}
 #import meniscus::camera::{Camera, project_px, px_per_world, view_position}
 #import meniscus::surface::{is_empty, unpack_normal}
-#import meniscus::surroundings::{Surroundings, surroundings_radiance}
+#import meniscus::surroundings::{Surroundings, surroundings_radiance, trace_floor}
 #import meniscus::water::{WaterPoint, water_point}
 
 struct Fluid {
@@ -134,7 +134,7 @@ fn background(px: vec2<f32>, water_distance: f32, fallback: vec3<f32>) -> vec3<f
 const STENCIL_SPACINGS: f32 = 0.3;
 const MAX_STENCIL_PX: f32 = 4.0;
 // Squared difference that stands for a neighbour on another surface: at an edge the normal is uncertain.
-const EDGE_SPREAD: f32 = 0.2;
+const EDGE_SPREAD: f32 = 0.5;
 // How far around a pixel other water makes it part of something larger than a drop.
 const DROP_SPACINGS: f32 = 1.6;
 const MAX_DROP_PX: f32 = 64.0;
@@ -217,10 +217,12 @@ fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
     return (camera.world_from_view * vec4(direction_view, 0.0)).xyz;
 }
 
-// Length of the refracted path in the water, and the picture point where it ends.
+// The refracted path in the water.
 struct Path {
     length_world: f32,
-    end_view: vec3<f32>,
+    // From its end on to the floor; huge if it does not lead there.
+    to_floor_world: f32,
+    // Picture point where it ends.
     end_px: vec2<f32>,
 }
 
@@ -228,29 +230,33 @@ fn refracted_path(water: WaterPoint, thickness: f32) -> Path {
     let incident = -water.to_eye_view;
     let bent = refract(incident, water.normal_view, 1.0 / fluid.refractive_index);
     let direction = normalize(mix(incident, bent, fluid.refraction_scale));
-    let reach = max(thickness, 0.0) / max(dot(direction, incident), MIN_PATH_COSINE);
+    // The floor is known exactly, and better not left to the march: from a grazing view its first step may end so deep below
+    // the floor that the floor seen there lies in front of the water.
+    let position = (camera.world_from_view * vec4(water.position_view, 1.0)).xyz;
+    let floor_reach = trace_floor(surroundings, position, to_world(direction));
+    let reach = min(max(thickness, 0.0) / max(dot(direction, incident), MIN_PATH_COSINE), floor_reach);
     let length_world = trace_path(water, direction, reach);
     // What lies outside of the picture is not known: its border stands for it.
-    let end_view = water.position_view + length_world * direction;
-    let end_px = clamp(project_px(camera, end_view), vec2(0.0), vec2<f32>(camera.size_px));
-    return Path(length_world, end_view, end_px);
+    let end_px = project_px(camera, water.position_view + length_world * direction);
+    return Path(length_world, floor_reach - length_world, clamp(end_px, vec2(0.0), vec2<f32>(camera.size_px)));
 }
 
 // Share of diffuse light that a surface of water reflects back down.
 const INTERNAL_REFLECTANCE: f32 = 0.48;
 // How much of that is applied: a finite body of water lets light out at its sides.
-const WET_SHARE: f32 = 0.6;
+const WET_SHARE: f32 = 0.75;
 
 // How much darker the floor looks where the water at the end of the path wets it: light that it scatters is reflected back at
 // the water's surface and meets it again (Lekner & Dorf 1988). Water ends at the floor only to within its
 // resolution.
-fn wet(water: WaterPoint, path: Path) -> vec3<f32> {
+fn wet(path: Path) -> vec3<f32> {
     let albedo = surroundings.floor.color;
     let ratio = (1.0 - INTERNAL_REFLECTANCE) / (1.0 - INTERNAL_REFLECTANCE * albedo);
-    let near = fluid.spacing_world + 0.15 * path.length_world;
-    let gap = clearance(path.end_view, water.distance, 1e30);
-    let contact = WET_SHARE * (1.0 - smoothstep(near, 2.0 * near + 1e-30, gap));
-    return select(vec3(1.0), mix(vec3(1.0), ratio, contact), surroundings.has_floor != 0u);
+    let near = fluid.spacing_world + 0.2 * path.length_world;
+    // Soft where the water begins, so that the scallops of single particles do not show.
+    let begin = smoothstep(0.0, 1.5 * fluid.spacing_world + 1e-30, path.length_world);
+    let contact = WET_SHARE * begin * (1.0 - smoothstep(near, 2.0 * near + 1e-30, path.to_floor_world));
+    return mix(vec3(1.0), ratio, contact);
 }
 
 // Light that comes through the water: the background, absorbed, and what the water scatters itself.
@@ -286,14 +292,14 @@ fn shade(water: WaterPoint, around: Neighbourhood, through: vec3<f32>) -> vec3<f
     // grazing view the lobe is fed by the rims of single particles: fade it.
     let drop = smoothstep(0.6, 1.0, around.isolation);
     let alpha = min(sqrt(fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread), 0.6);
-    let facing = smoothstep(0.1, 0.4, water.n_v);
+    let facing = smoothstep(0.15, 0.5, water.n_v);
     let n_l = dot(normal, sky.sun_direction);
     let half_way = normalize(sky.sun_direction + to_eye);
     let lobe = ggx(max(n_l, 1e-3), water.n_v, max(dot(normal, half_way), 0.0), alpha) * max(n_l, 0.0);
     let glint = fresnel_dielectric(dot(to_eye, half_way), fluid.refractive_index) * lobe * sky.sun_irradiance;
 
     // Uncertain normals have a larger root mean square cosine: reflectance at edges is not that of a mirror seen edge on.
-    let cosine = min(sqrt(water.n_v * water.n_v + 0.4 * around.spread), 1.0);
+    let cosine = min(sqrt(water.n_v * water.n_v + 0.2 * around.spread), 1.0);
     let fresnel = mix(fresnel_dielectric(cosine, fluid.refractive_index), 1.0, fluid.additional_reflection);
     let clear = mix(through, environment, fresnel) + facing * min(glint, vec3(MAX_GLINT));
 
@@ -323,7 +329,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let water = water_point(camera, id.xy, distance, around.normal_sum);
     let path = refracted_path(water, thickness);
     let dim = shadow(path.end_px);
-    let through = transmitted(dim * wet(water, path) * background(path.end_px, distance, scene.rgb), path.length_world);
+    let through = transmitted(dim * wet(path) * background(path.end_px, distance, scene.rgb), path.length_world);
     let color = shade(water, around, through);
     // Less than a fraction of a particle is a soft edge, not water.
     let coverage = smoothstep(0.0, max(0.5 * fluid.spacing_world, 1e-30), thickness);

@@ -29,8 +29,8 @@ pub struct Sky {
 impl Default for Sky {
     fn default() -> Self {
         Self {
-            zenith: [0.085, 0.20, 0.47],
-            horizon: [0.54, 0.66, 0.80],
+            zenith: [0.07, 0.18, 0.42],
+            horizon: [0.40, 0.53, 0.68],
             ground: [0.30, 0.29, 0.27],
             glow: 1.0,
         }
@@ -82,7 +82,7 @@ impl Scene {
     /// Sun's elevation of the automatic scene.
     pub(crate) const SUN_ELEVATION_DEG: f32 = 48.0;
     /// Irradiance of the automatic sun: 48 degrees high, slightly warm.
-    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [3.30, 3.05, 2.65];
+    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [3.60, 3.35, 2.95];
 
     /// The automatic scene for particles with centres in `bounds` (world) and the given `spacing` (world): a tiled floor that
     /// touches the lowest particles' cells, half a spacing below their centres, under a clear sky with the sun over

@@ -65,7 +65,7 @@ impl Default for FluidParameters {
             turbidity: 0.06,
             roughness: 0.15,
             shadow: 0.3,
-            spray: 0.4,
+            spray: 0.35,
         }
     }
 }

@@ -5,7 +5,7 @@ use std::f32::consts::{LOG2_E, PI};
 use glam::{IVec2, Vec2, Vec3, Vec4};
 
 use super::brdf::{fresnel_dielectric, ggx};
-use super::surroundings::surroundings_radiance;
+use super::surroundings::{surroundings_radiance, trace_floor};
 use super::view::{
     is_empty, point_to_world, project_px, px_per_world, to_world, towards_eye, unpack_normal, view_position,
 };
@@ -18,13 +18,13 @@ const MIN_PATH_COSINE: f32 = 0.3;
 const MIN_N_V: f32 = 0.03;
 const STENCIL_SPACINGS: f32 = 0.3;
 const MAX_STENCIL_PX: f32 = 4.0;
-const EDGE_SPREAD: f32 = 0.2;
+const EDGE_SPREAD: f32 = 0.5;
 const DROP_SPACINGS: f32 = 1.6;
 const MAX_DROP_PX: f32 = 64.0;
 const MAX_SHADOW: f32 = 0.55;
 const SHADOW_TINT: f32 = 0.7;
 const INTERNAL_REFLECTANCE: f32 = 0.48;
-const WET_SHARE: f32 = 0.6;
+const WET_SHARE: f32 = 0.75;
 const MAX_GLINT: f32 = 6.0;
 
 struct WaterPoint {
@@ -212,10 +212,10 @@ fn shadow(fluid: &FluidUniform, input: &TwinInput<'_>, px: Vec2) -> Vec3 {
     1.0 - MAX_SHADOW * share * (1.0 - (-LOG2_E * extinction * path).map(f32::exp2))
 }
 
-/// Length of the refracted path in the water, and where it ends: in view space and in the picture.
+/// The refracted path in the water.
 struct Path {
     length_world: f32,
-    end_view: Vec3,
+    to_floor_world: f32,
     end_px: Vec2,
 }
 
@@ -223,22 +223,24 @@ fn refracted_path(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoin
     let incident = -water.to_eye_view;
     let bent = refract(incident, water.normal_view, 1.0 / fluid.refractive_index);
     let direction = mix(incident, bent, fluid.refraction_scale).normalize();
-    let reach = thickness.max(0.0) / direction.dot(incident).max(MIN_PATH_COSINE);
+    let position = point_to_world(input.camera, water.position_view);
+    let floor_reach = trace_floor(input.surroundings, position, to_world(input.camera, direction));
+    let reach = (thickness.max(0.0) / direction.dot(incident).max(MIN_PATH_COSINE)).min(floor_reach);
     let length_world = trace_path(input, water, direction, reach);
-    let end_view = water.position_view + length_world * direction;
-    let end_px = project_px(input.camera, end_view).clamp(Vec2::ZERO, input.size().as_vec2());
-    Path { length_world, end_view, end_px }
+    let end_px = project_px(input.camera, water.position_view + length_world * direction);
+    Path {
+        length_world,
+        to_floor_world: floor_reach - length_world,
+        end_px: end_px.clamp(Vec2::ZERO, input.size().as_vec2()),
+    }
 }
 
-fn wet(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoint, path: &Path) -> Vec3 {
-    if input.surroundings.has_floor == 0 {
-        return Vec3::ONE;
-    }
+fn wet(fluid: &FluidUniform, input: &TwinInput<'_>, path: &Path) -> Vec3 {
     let albedo = Vec3::from(input.surroundings.floor.color);
     let ratio = (1.0 - INTERNAL_REFLECTANCE) / (1.0 - INTERNAL_REFLECTANCE * albedo);
-    let near = fluid.spacing_world + 0.15 * path.length_world;
-    let gap = clearance(input, path.end_view, water.distance, 1e30);
-    let contact = WET_SHARE * (1.0 - smoothstep(near, 2.0 * near + 1e-30, gap));
+    let near = fluid.spacing_world + 0.2 * path.length_world;
+    let begin = smoothstep(0.0, 1.5 * fluid.spacing_world + 1e-30, path.length_world);
+    let contact = WET_SHARE * begin * (1.0 - smoothstep(near, 2.0 * near + 1e-30, path.to_floor_world));
     mix(Vec3::ONE, ratio, contact)
 }
 
@@ -272,7 +274,7 @@ fn shade(
 
     let drop = smoothstep(0.6, 1.0, around.isolation);
     let alpha = (fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread).sqrt().min(0.6);
-    let facing = smoothstep(0.1, 0.4, water.n_v);
+    let facing = smoothstep(0.15, 0.5, water.n_v);
     let n_l = normal.dot(sun_direction);
     let half_way = (sun_direction + to_eye).normalize();
     let lobe = ggx(n_l.max(1e-3), water.n_v, normal.dot(half_way).max(0.0), alpha) * n_l.max(0.0);
@@ -280,7 +282,7 @@ fn shade(
         * lobe
         * Vec3::from(sky.sun_irradiance);
 
-    let cosine = (water.n_v * water.n_v + 0.4 * around.spread).sqrt().min(1.0);
+    let cosine = (water.n_v * water.n_v + 0.2 * around.spread).sqrt().min(1.0);
     let reflectance = fresnel_dielectric(cosine, fluid.refractive_index);
     let reflectance = reflectance + (1.0 - reflectance) * fluid.additional_reflection;
     let clear = mix(through, environment, reflectance) + facing * glint.min(Vec3::splat(MAX_GLINT));
@@ -305,8 +307,7 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     let water = water_point(input, pixel, distance, around.normal_sum);
     let path = refracted_path(fluid, input, &water, thickness);
     let dim = shadow(fluid, input, path.end_px);
-    let behind =
-        dim * wet(fluid, input, &water, &path) * background(input, path.end_px, distance, scene.truncate());
+    let behind = dim * wet(fluid, input, &path) * background(input, path.end_px, distance, scene.truncate());
     let through = transmitted(fluid, input, behind, path.length_world);
     let color = shade(fluid, input, &water, &around, through);
     let coverage = smoothstep(0.0, (0.5 * fluid.spacing_world).max(1e-30), thickness);
