@@ -210,11 +210,10 @@ impl FrameData {
                 Ok(Values { values, components: 1, part: Part::Whole })
             }
             _ => {
-                let message = format!(
-                    "no attribute {:?}; there are: x, y, z, id, {}",
-                    column.name,
-                    self.attribute_names()
-                );
+                // Where the file has no id of that name, the index in the file answers to it.
+                let id = if self.id_attribute().is_some_and(|a| a.name == "id") { "" } else { "id, " };
+                let names = self.attribute_names();
+                let message = format!("no attribute {:?}; there are: x, y, z, {id}{names}", column.name);
                 Err(expression.error_at(column, message).into())
             }
         }

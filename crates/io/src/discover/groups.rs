@@ -1,4 +1,4 @@
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashSet};
 use std::path::{Path, PathBuf};
 
 use meniscus_core::Choice;
@@ -74,7 +74,12 @@ pub(super) fn choose(place: &Path, files: Vec<PathBuf>) -> Result<Found, Error> 
             message: "no particle file here; expected .vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd or .series".into(),
         });
     };
-    let others: Vec<String> = candidates.map(|candidate| candidate.describe()).collect();
+    // What the chosen collection lists is not left out.
+    let listed: HashSet<&PathBuf> = chosen.steps.iter().flat_map(|step| &step.files).collect();
+    let left_out = |candidate: &Candidate| {
+        candidate.steps.iter().flat_map(|step| &step.files).any(|f| !listed.contains(f))
+    };
+    let others: Vec<String> = candidates.filter(left_out).map(|candidate| candidate.describe()).collect();
     let mut choices = Vec::new();
     if !others.is_empty() {
         choices.push(Choice {
