@@ -2,7 +2,7 @@
 // scene's distance, Beer-Lambert with single scattering along the marched path, reflected surroundings, the sun's GGX lobe.
 
 #import meniscus::brdf::{PI, fresnel_dielectric, ggx}
-#import meniscus::camera::{Camera, project_px, px_per_world, view_position}
+#import meniscus::camera::{Camera, project_px, px_per_world, towards_eye, view_position}
 #import meniscus::surface::{is_empty, unpack_normal}
 #import meniscus::surroundings::{Surroundings, surroundings_radiance, trace_floor}
 #import meniscus::water::{WaterPoint, water_point}
@@ -145,7 +145,7 @@ struct Neighbourhood {
     normal_sum: vec3<f32>,
     // Mean squared difference of the neighbours' to this pixel's.
     spread: f32,
-    // 1: everything around lies below the tangent plane, as around a drop; about 0.5 at a straight edge, 0 within a surface.
+    // 1: everything around lies behind, as around a drop; about 0.5 at a straight edge, 0 within a surface.
     isolation: f32,
 }
 
@@ -167,8 +167,10 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32) -> Neighbourhood {
         spread += 0.25 * select(EDGE_SPREAD, dot(delta, delta), same);
     }
     let far_px = i32(clamp(DROP_SPACINGS * spacing_px, 2.0, MAX_DROP_PX));
-    let plane = normalize(sum + 1e-6 * center);
+    // Half way between normal and view: neither the slant of level water counts nor the curvature of the drop itself.
     let position = view_position(camera, vec2<f32>(pixel) + 0.5, distance);
+    let half_way = sum / max(length(sum), 1e-3) + towards_eye(camera, position);
+    let plane = half_way / max(length(half_way), 1e-3);
     var isolation = 0.0;
     for (var k = 0; k < 4; k++) {
         let at = vec2<u32>(clamp(vec2<i32>(pixel) + far_px * offsets[k], vec2(0), last));
@@ -244,19 +246,20 @@ fn refracted_path(water: WaterPoint, thickness: f32) -> Path {
 // Share of diffuse light that a surface of water reflects back down.
 const INTERNAL_REFLECTANCE: f32 = 0.48;
 // How much of that is applied: a finite body of water lets light out at its sides.
-const WET_SHARE: f32 = 0.75;
+const WET_SHARE: f32 = 0.7;
 
 // How much darker the floor looks where the water at the end of the path wets it: light that it scatters is reflected back at
 // the water's surface and meets it again (Lekner & Dorf 1988). Water ends at the floor only to within its
 // resolution.
-fn wet(path: Path) -> vec3<f32> {
-    let albedo = surroundings.floor.color;
+fn wet(path: Path) -> f32 {
+    // Without colour: what comes back is tinted by the water, which the path accounts for.
+    let albedo = dot(surroundings.floor.color, vec3(1.0 / 3.0));
     let ratio = (1.0 - INTERNAL_REFLECTANCE) / (1.0 - INTERNAL_REFLECTANCE * albedo);
     let near = fluid.spacing_world + 0.2 * path.length_world;
     // Soft where the water begins, so that the scallops of single particles do not show.
     let begin = smoothstep(0.0, 1.5 * fluid.spacing_world + 1e-30, path.length_world);
     let contact = WET_SHARE * begin * (1.0 - smoothstep(near, 2.0 * near + 1e-30, path.to_floor_world));
-    return mix(vec3(1.0), ratio, contact);
+    return mix(1.0, ratio, contact);
 }
 
 // Light that comes through the water: the background, absorbed, and what the water scatters itself.
@@ -290,7 +293,7 @@ fn shade(water: WaterPoint, around: Neighbourhood, through: vec3<f32>) -> vec3<f
 
     // The variance of the normals widens the sun's lobe (Kaplanyan et al. 2016), so that noise does not become speckle. At
     // grazing view the lobe is fed by the rims of single particles: fade it.
-    let drop = smoothstep(0.6, 1.0, around.isolation);
+    let drop = smoothstep(0.65, 1.0, around.isolation);
     let alpha = min(sqrt(fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread), 0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
     let n_l = dot(normal, sky.sun_direction);

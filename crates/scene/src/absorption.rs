@@ -12,7 +12,7 @@ pub struct Absorption {
 impl Absorption {
     /// Optical depth per channel of the representative column under [`Self::auto`]: pure water's order of colours with its
     /// ratio of 22 between red and blue narrowed, so that long paths turn blue-green instead of pure blue.
-    pub const OPTICAL_DEPTH: [f32; 3] = [1.15, 0.31, 0.20];
+    pub const OPTICAL_DEPTH: [f32; 3] = [1.18, 0.28, 0.17];
 
     /// Clear water in which the representative column `depth_world` (e.g. the vertical extent of the water, world units)
     /// transmits `exp(-OPTICAL_DEPTH)`. A depth that is not a positive number gives water without absorption.

@@ -63,8 +63,13 @@ impl NamedView {
 /// `outline` (world). They should outline the data of the whole series, e.g. of its first, middle and last frame, so that the
 /// camera can stay still.
 pub fn automatic_camera(outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera {
-    let (across, away) = facing(bounds_of(outline), up);
-    let direction = away * 0.82 - across * 0.46 - up.vector() * 0.44;
+    let bounds = bounds_of(outline);
+    let (across, away) = facing(bounds, up);
+    let extent = bounds.extent();
+    // Two-dimensional data is looked at face to face, anything with some depth from the corner.
+    let depth = extent.dot(away.abs()) / extent.dot(across.abs()).max(f32::MIN_POSITIVE);
+    let corner = (depth / 0.1).min(1.0);
+    let direction = away * 0.82 - across * 0.46 * corner - up.vector() * (0.1 + 0.34 * corner);
     Camera::fit(&drawable(outline), direction, up.vector(), FOVY_RAD, size, MARGIN)
 }
 
@@ -120,6 +125,14 @@ mod tests {
                 "from above"
             );
         }
+    }
+
+    #[test]
+    fn a_sheet_is_looked_at_face_to_face() {
+        let sheet = Aabb { min: Vec3::ZERO, max: Vec3::new(4.0, 2.0, 0.0) };
+        assert!(automatic_camera(&sheet.corners(), UpAxis::Y, SIZE).forward().z.abs() > 0.99);
+        let block = Aabb { min: Vec3::ZERO, max: Vec3::new(4.0, 2.0, 3.0) };
+        assert!(automatic_camera(&block.corners(), UpAxis::Y, SIZE).forward().z.abs() < 0.9);
     }
 
     #[test]

@@ -24,7 +24,7 @@ const MAX_DROP_PX: f32 = 64.0;
 const MAX_SHADOW: f32 = 0.55;
 const SHADOW_TINT: f32 = 0.7;
 const INTERNAL_REFLECTANCE: f32 = 0.48;
-const WET_SHARE: f32 = 0.75;
+const WET_SHARE: f32 = 0.7;
 const MAX_GLINT: f32 = 6.0;
 
 struct WaterPoint {
@@ -171,9 +171,10 @@ fn neighbourhood(
         spread += 0.25 * if same { normal.distance_squared(center) } else { EDGE_SPREAD };
     }
     let far_px = (DROP_SPACINGS * spacing_px).clamp(2.0, MAX_DROP_PX) as i32;
-    let plane = (sum + 1e-6 * center).normalize();
     let position = |at: IVec2, d| view_position(input.camera, at.as_vec2() + 0.5, d);
     let here = position(at, distance);
+    let half_way = sum / sum.length().max(1e-3) + towards_eye(input.camera, here);
+    let plane = half_way / half_way.length().max(1e-3);
     let mut isolation = 0.0;
     for offset in offsets {
         let at = (at + far_px * offset).clamp(IVec2::ZERO, input.size() - 1);
@@ -235,13 +236,13 @@ fn refracted_path(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoin
     }
 }
 
-fn wet(fluid: &FluidUniform, input: &TwinInput<'_>, path: &Path) -> Vec3 {
-    let albedo = Vec3::from(input.surroundings.floor.color);
+fn wet(fluid: &FluidUniform, input: &TwinInput<'_>, path: &Path) -> f32 {
+    let albedo = Vec3::from(input.surroundings.floor.color).element_sum() / 3.0;
     let ratio = (1.0 - INTERNAL_REFLECTANCE) / (1.0 - INTERNAL_REFLECTANCE * albedo);
     let near = fluid.spacing_world + 0.2 * path.length_world;
     let begin = smoothstep(0.0, 1.5 * fluid.spacing_world + 1e-30, path.length_world);
     let contact = WET_SHARE * begin * (1.0 - smoothstep(near, 2.0 * near + 1e-30, path.to_floor_world));
-    mix(Vec3::ONE, ratio, contact)
+    1.0 - contact + ratio * contact
 }
 
 fn transmitted(fluid: &FluidUniform, input: &TwinInput<'_>, behind: Vec3, path_world: f32) -> Vec3 {
@@ -272,7 +273,7 @@ fn shade(
     mirrored = (mirrored - 2.0 * level * mirrored.dot(up).min(0.0) * up).normalize();
     let environment = surroundings_radiance(input.surroundings, position, mirrored);
 
-    let drop = smoothstep(0.6, 1.0, around.isolation);
+    let drop = smoothstep(0.65, 1.0, around.isolation);
     let alpha = (fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread).sqrt().min(0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
     let n_l = normal.dot(sun_direction);
