@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::time::Instant;
 
-use meniscus_core::{Cancel, FrameRequest, FrameSource, StageCost};
+use meniscus_core::{Cancel, Flaws, FrameRequest, FrameSource, StageCost};
 use meniscus_gpu::{Timing, process_cpu_ms};
 use meniscus_pipeline::{PreparedFrame, Registry};
 use serde::Serialize;
@@ -12,7 +12,7 @@ use crate::args::{BenchArgs, Global};
 use crate::failure::Failure;
 use crate::input;
 use crate::picture::{self, Studio};
-use crate::terminal::{Terminal, interrupt};
+use crate::terminal::{Terminal, interrupt, print};
 
 /// Median, smallest and largest of some milliseconds.
 #[derive(Clone, Copy, Debug, Serialize)]
@@ -48,13 +48,13 @@ struct BenchReport {
     frame: FrameSpread,
     stages: Vec<StageCost>,
     peak_bytes: u64,
+    flaws: Flaws,
 }
 
 #[derive(Debug, Serialize)]
 struct FrameSpread {
     wall_ms: Option<Spread>,
     cpu_ms: Option<Spread>,
-    #[serde(skip_serializing_if = "Option::is_none")]
     gpu_ms: Option<Spread>,
 }
 
@@ -79,6 +79,9 @@ pub fn run(
     }
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
     let frame = series.read(args.frame, &FrameRequest::default(), &cancel)?;
+    terminal.flaws(&frame.flaws);
+    let mut flaws = studio.flaws.clone();
+    flaws.merge(&frame.flaws);
     let frame = studio.renderer.preparer(&studio.world).prepare(frame);
 
     let bar = terminal.progress(u64::from(args.warmup + args.frames + ISOLATED_FRAMES), "pictures");
@@ -124,11 +127,12 @@ pub fn run(
         frame: FrameSpread { wall_ms: Spread::of(&wall), cpu_ms: Spread::of(&cpu), gpu_ms: Spread::of(&gpu) },
         stages: stages.medians(),
         peak_bytes: studio.renderer.gpu().memory().peak(),
+        flaws,
     };
     if args.json {
-        println!("{}", serde_json::to_string_pretty(&report).unwrap_or_default());
+        print(serde_json::to_string_pretty(&report).unwrap_or_default());
     } else {
-        print(&report);
+        print_table(&report);
     }
     Ok(())
 }
@@ -189,9 +193,9 @@ impl StageSamples {
     }
 }
 
-fn print(report: &BenchReport) {
-    println!("{} ({})", report.adapter, report.driver);
-    println!(
+fn print_table(report: &BenchReport) {
+    print(format_args!("{} ({})", report.adapter, report.driver));
+    print(format_args!(
         "{}x{}, {} particles, {} kept, {:.0} % of the picture covered, {:.0} MiB of GPU memory at most",
         report.size[0],
         report.size[1],
@@ -199,30 +203,30 @@ fn print(report: &BenchReport) {
         report.kept,
         report.covered_fraction * 100.0,
         report.peak_bytes as f64 / f64::from(1 << 20),
-    );
-    println!("{:28} {:>10} {:>10} {:>10}", "ms, median", "gpu", "wall", "cpu");
+    ));
+    print(format_args!("{:28} {:>10} {:>10} {:>10}", "ms, median", "gpu", "wall", "cpu"));
     let cell = |v: Option<f64>| v.map_or_else(|| "-".to_owned(), |v| format!("{v:.2}"));
     let spread = |s: Option<Spread>| cell(s.map(|s| s.median));
     let frame = &report.frame;
-    println!(
+    print(format_args!(
         "{:28} {:>10} {:>10} {:>10}",
         "whole frame",
         spread(frame.gpu_ms),
         spread(frame.wall_ms),
         spread(frame.cpu_ms)
-    );
+    ));
     for stage in &report.stages {
-        println!(
+        print(format_args!(
             "  {:26} {:>10} {:>10} {:>10}",
             stage.name,
             cell(stage.gpu_ms),
             cell(stage.wall_ms),
             cell(stage.cpu_ms)
-        );
+        ));
     }
-    println!(
+    print(format_args!(
         "wall and cpu of a stage are of that stage run on its own; the whole frame is less than their sum"
-    );
+    ));
 }
 
 #[cfg(test)]

@@ -7,7 +7,7 @@ use serde_json::json;
 use crate::args::InfoArgs;
 use crate::failure::Failure;
 use crate::input;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, print};
 
 pub fn run(args: &InfoArgs, terminal: &Terminal) -> Result<(), Failure> {
     let series = input::open(&args.input)?;
@@ -22,7 +22,7 @@ pub fn run(args: &InfoArgs, terminal: &Terminal) -> Result<(), Failure> {
     let info = series.frame_info(args.frame, args.stats)?;
     let times = series.times();
     if args.json {
-        println!("{}", json!({ "frames": frames, "times": times, "frame": info }));
+        print(json!({ "frames": frames, "times": times, "frame": info }));
         return Ok(());
     }
     print_series(frames, &times);
@@ -35,9 +35,11 @@ pub fn run(args: &InfoArgs, terminal: &Terminal) -> Result<(), Failure> {
 fn print_series(frames: usize, times: &[Option<f64>]) {
     let known: Vec<f64> = times.iter().copied().flatten().collect();
     match (known.first(), known.last()) {
-        (Some(first), Some(last)) if frames > 1 => println!("{frames} frames, time {first} to {last}"),
-        (Some(time), _) => println!("1 frame, time {time}"),
-        _ => println!("{frames} frame{}, no times", if frames == 1 { "" } else { "s" }),
+        (Some(first), Some(last)) if frames > 1 => {
+            print(format_args!("{frames} frames, time {first} to {last}"))
+        }
+        (Some(time), _) => print(format_args!("1 frame, time {time}")),
+        _ => print(format_args!("{frames} frame{}, no times", if frames == 1 { "" } else { "s" })),
     }
 }
 
@@ -60,21 +62,25 @@ fn print_frame(info: &FrameInfo) {
         "up",
     ] {
         if let Some(v) = value.get(key).filter(|v| !v.is_null()) {
-            println!("  {key:15} {}", text(v));
+            print(format_args!("  {key:15} {}", text(v)));
         }
     }
     for (title, key) in [("attributes", "attributes"), ("sets", "sets")] {
         let Some(items) = value.get(key).and_then(|v| v.as_array()).filter(|items| !items.is_empty()) else {
             continue;
         };
-        println!("  {title}");
+        print(format_args!("  {title}"));
         for item in items {
             let fields = item.as_object().into_iter().flatten();
             let shown: Vec<String> = fields
                 .filter(|(k, v)| *k != "name" && !v.is_null())
                 .map(|(k, v)| format!("{k} {}", text(v)))
                 .collect();
-            println!("    {:13} {}", item.get("name").map(text).unwrap_or_default(), shown.join(", "));
+            print(format_args!(
+                "    {:13} {}",
+                item.get("name").map(text).unwrap_or_default(),
+                shown.join(", ")
+            ));
         }
     }
 }

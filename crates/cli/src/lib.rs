@@ -1,6 +1,6 @@
 //! The command line of meniscus: argument parsing and printing, nothing else. A team's own program is one call,
 //! `meniscus_cli::run(Registry::builtin().with_filter(MyFilter))`.
-#![expect(clippy::print_stdout, clippy::print_stderr, reason = "printing is what this crate is for")]
+#![expect(clippy::print_stderr, reason = "printing is what this crate is for")]
 
 mod args;
 mod bench;
@@ -21,7 +21,7 @@ pub use meniscus_pipeline::Registry;
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, print};
 
 /// Runs the program on this process's arguments with the filters and lighting models of `registry`.
 pub fn run(registry: Registry) -> ExitCode {
@@ -67,7 +67,7 @@ pub fn run(registry: Registry) -> ExitCode {
         Err(failure) => {
             eprintln!("meniscus: {failure}");
             if json {
-                println!("{}", report::error_json(&failure));
+                print(report::error_json(&failure));
             }
             ExitCode::from(failure.exit_code())
         }
@@ -80,7 +80,7 @@ fn refuse(error: &clap::Error) -> ExitCode {
     let _ = error.print();
     if error.use_stderr() && std::env::args_os().any(|arg| arg == "--json") {
         let message = error.render().to_string();
-        println!("{}", report::error_json(&Failure::Usage(message.trim().to_owned())));
+        print(report::error_json(&Failure::Usage(message.trim().to_owned())));
     }
     ExitCode::from(u8::try_from(error.exit_code()).unwrap_or(2))
 }
@@ -100,10 +100,10 @@ fn list_adapters() -> Result<(), Failure> {
         return Err(meniscus_gpu::GpuError::NoAdapter.into());
     }
     for (i, adapter) in adapters.iter().enumerate() {
-        println!(
+        print(format_args!(
             "{i}: {} ({}, {}, driver {})",
             adapter.name, adapter.device_type, adapter.backend, adapter.driver
-        );
+        ));
     }
     Ok(())
 }

@@ -12,7 +12,7 @@ use meniscus_scene::{NamedView, automatic_camera};
 
 use crate::args::{Global, PictureArgs};
 use crate::failure::Failure;
-use crate::terminal::Terminal;
+use crate::terminal::{Terminal, print};
 use crate::values::Parameter;
 
 /// Everything a picture needs besides its particles.
@@ -46,7 +46,7 @@ pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settin
     }
     settings.validate(registry).map_err(usage)?;
     if list {
-        settings.describe(registry).iter().for_each(|(key, value)| println!("{key}={value}"));
+        settings.describe(registry).iter().for_each(|(key, value)| print(format_args!("{key}={value}")));
         return Ok(None);
     }
     Ok(Some(settings))
@@ -89,6 +89,12 @@ fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>),
     let space = world.space();
     let (mut camera, choice) = match (&args.camera, &args.view) {
         (Some(value), _) => {
+            if value.eye == value.target {
+                let at = value.eye;
+                return Err(Failure::Usage(format!(
+                    "--camera: eye and target are the same point {at}; move one of them"
+                )));
+            }
             let to_world = |point: DVec3| (point - space.origin).as_vec3();
             let camera = Camera {
                 eye: to_world(value.eye),

@@ -2,7 +2,8 @@
 
 use std::path::Path;
 
-use meniscus_core::{Choice, Flaws, FrameReport};
+use glam::{DVec3, Vec3};
+use meniscus_core::{Camera, Choice, Flaws, FrameReport, Projection};
 use meniscus_export::{ExportError, write_text};
 use meniscus_gpu::{AdapterSummary, Gpu};
 use meniscus_io::Series;
@@ -37,6 +38,29 @@ impl DeviceReport {
     }
 }
 
+/// The camera in the file's own coordinates.
+#[derive(Debug, Serialize)]
+struct CameraReport {
+    eye: [f64; 3],
+    target: [f64; 3],
+    up: [f32; 3],
+    projection: Projection,
+    near: f32,
+}
+
+impl CameraReport {
+    fn of(camera: &Camera, origin: DVec3) -> Self {
+        let in_file = |point: Vec3| (point.as_dvec3() + origin).to_array();
+        Self {
+            eye: in_file(camera.eye),
+            target: in_file(camera.target),
+            up: camera.up.to_array(),
+            projection: camera.projection,
+            near: camera.near,
+        }
+    }
+}
+
 /// `--report`.
 #[derive(Debug, Serialize)]
 pub struct RenderReport {
@@ -44,7 +68,7 @@ pub struct RenderReport {
     adapter: AdapterSummary,
     device: DeviceReport,
     size: [u32; 2],
-    camera: meniscus_core::Camera,
+    camera: CameraReport,
     space: meniscus_core::SeriesSpace,
     settings: serde_json::Value,
     choices: Vec<Choice>,
@@ -61,7 +85,7 @@ impl RenderReport {
             adapter: studio.renderer.gpu().summary().clone(),
             device: DeviceReport::of(studio.renderer.gpu()),
             size: studio.size,
-            camera: studio.camera,
+            camera: CameraReport::of(&studio.camera, series.space().origin),
             space: *series.space(),
             settings: serde_json::to_value(studio.renderer.settings()).unwrap_or_default(),
             choices: studio.choices.clone(),

@@ -1,5 +1,6 @@
 //! What is printed, and to whom: results to standard output, everything said about them to standard error.
 
+use std::io::Write;
 use std::sync::OnceLock;
 use std::time::Duration;
 
@@ -45,6 +46,11 @@ impl Terminal {
         bar.enable_steady_tick(Duration::from_millis(500));
         bar
     }
+}
+
+/// Prints a result to standard output. Where nobody reads any more (`| head`), the rest is not printed and nothing is wrong.
+pub fn print(line: impl std::fmt::Display) {
+    let _ = writeln!(std::io::stdout(), "{line}");
 }
 
 /// Set by Ctrl-C and SIGTERM: running work stops at the next safe point. A second signal ends the process at once, which

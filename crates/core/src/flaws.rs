@@ -45,8 +45,11 @@ pub enum Flaw {
         /// The flag that hides them.
         flag: String,
     },
-    /// Everything lies outside the view.
-    NothingVisible,
+    /// Not a single pixel shows a particle.
+    NothingVisible {
+        /// Why, and what to do.
+        reason: String,
+    },
 }
 
 impl fmt::Display for Flaw {
@@ -69,9 +72,7 @@ impl fmt::Display for Flaw {
             Self::WallsDrawnAsWater { flag } => {
                 write!(f, "some particles look like walls and are drawn as water; hide them with {flag}")
             }
-            Self::NothingVisible => {
-                write!(f, "no particle is inside the view; check --camera or leave it out")
-            }
+            Self::NothingVisible { reason } => write!(f, "the picture shows no particle: {reason}"),
         }
     }
 }

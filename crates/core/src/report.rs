@@ -2,20 +2,17 @@ use serde::Serialize;
 
 use crate::Flaws;
 
-/// What one stage of one frame cost. A pass that did not run has no entry; a clock that is not trusted is absent, never
+/// What one stage of one frame cost. A pass that did not run has no entry; a clock that is not trusted is `None`, never
 /// zero.
 #[derive(Clone, Debug, Default, PartialEq, Serialize)]
 pub struct StageCost {
     /// `stage.pass`, e.g. `ssfr.depth`.
     pub name: String,
     /// GPU milliseconds from time stamps.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub gpu_ms: Option<f64>,
     /// Wall-clock milliseconds, where the stage was run on its own.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub wall_ms: Option<f64>,
     /// User + system milliseconds of the whole process, where the stage was run on its own.
-    #[serde(skip_serializing_if = "Option::is_none")]
     pub cpu_ms: Option<f64>,
 }
 

@@ -119,17 +119,24 @@ fn pick(
     let wanted = choice.adapter.as_deref().or(env_name);
     let index = match wanted {
         None => 0,
-        Some(wanted) => wanted
-            .parse::<usize>()
-            .ok()
-            .filter(|&i| i < adapters.len())
-            .or_else(|| adapters.iter().position(|a| a.name.to_lowercase().contains(&wanted.to_lowercase())))
-            .ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.to_owned(), available: names() })?,
+        Some(wanted) => {
+            let found = match wanted.trim().parse::<usize>() {
+                Ok(index) => (index < adapters.len()).then_some(index),
+                Err(_) if wanted.trim().is_empty() => None,
+                Err(_) => adapters
+                    .iter()
+                    .position(|a| a.name.to_lowercase().contains(&wanted.trim().to_lowercase())),
+            };
+            found.ok_or_else(|| GpuError::NoSuchAdapter { wanted: wanted.to_owned(), available: names() })?
+        }
     };
     if choice.require_gpu && adapters[index].is_software() {
         return Err(GpuError::OnlySoftware {
             available: names(),
-            advice: advice.unwrap_or_else(|| INSTALL_HINT.to_owned()),
+            advice: advice.unwrap_or_else(|| {
+                "Install the GPU's own Vulkan driver, or leave out --require-gpu to draw on the CPU"
+                    .to_owned()
+            }),
         });
     }
     Ok(index)
@@ -181,6 +188,10 @@ mod tests {
         assert_eq!(pick(&list, &AdapterChoice::default(), Some("llvm"), None).unwrap(), 1);
         assert_eq!(pick(&list, &by("1"), None, None).unwrap(), 1);
         assert_eq!(pick(&list, &by("LLVMPIPE"), None, None).unwrap(), 1);
+        // The software adapter's name holds a 5; a number is an index all the same.
+        let numbered = [adapter("llvmpipe (LLVM 15.0.6)", wgpu::DeviceType::Cpu)];
+        assert!(pick(&numbered, &by("5"), None, None).is_err());
+        assert!(pick(&numbered, &by(" "), None, None).is_err());
         let error = pick(&list, &by("radeon"), None, None).unwrap_err().to_string();
         assert!(error.contains("radeon") && error.contains("0: GeForce"), "{error}");
     }

@@ -6,7 +6,15 @@ impl<R: Role> Buffer<R> {
     /// # Errors
     /// [`GpuError::Driver`] when the device is lost or out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<R::Element>, GpuError> {
-        let bytes = (self.len() * size_of::<R::Element>()) as u64;
+        self.read_first(gpu, self.len())
+    }
+
+    /// As [`Self::read`] for the first `count` elements that there is room for, in use or written by a pass.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    pub fn read_first(&self, gpu: &Gpu, count: usize) -> Result<Vec<R::Element>, GpuError> {
+        let bytes = (self.capacity.min(count) * size_of::<R::Element>()) as u64;
         if bytes == 0 {
             return Ok(Vec::new());
         }

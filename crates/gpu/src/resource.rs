@@ -31,7 +31,7 @@ impl Drop for Accounted {
 pub struct Buffer<R: Role> {
     pub(crate) raw: wgpu::Buffer,
     len: usize,
-    capacity: usize,
+    pub(crate) capacity: usize,
     _accounted: Accounted,
     role: PhantomData<R>,
 }

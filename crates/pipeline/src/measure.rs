@@ -40,9 +40,9 @@ pub fn robust_bounds(positions: &[[f32; 3]]) -> Aabb {
     Aabb { min: exact.min.max(allowed.min), max: exact.max.min(allowed.max) }
 }
 
-/// The points of `positions` inside `bounds` (world) that reach furthest in each of many directions: enough to frame a
-/// picture, tighter than the corners of a box.
-pub fn outline(positions: &[[f32; 3]], bounds: Aabb) -> Vec<Vec3> {
+/// How far the particles of `positions` inside `bounds` (world) reach, drawn with `radius_world`, in each of many directions:
+/// points that frame a picture, tighter than the corners of a box.
+pub fn outline(positions: &[[f32; 3]], bounds: Aabb, radius_world: f32) -> Vec<Vec3> {
     const DIRECTIONS: usize = 96;
     // Points of a sunflower on the sphere: evenly spread.
     let directions: Vec<Vec3> = (0..DIRECTIONS)
@@ -63,7 +63,7 @@ pub fn outline(positions: &[[f32; 3]], bounds: Aabb) -> Vec<Vec3> {
             .step_by(stride)
             .filter(inside)
             .max_by(|a, b| reach(a).total_cmp(&reach(b)))
-            .map(|&p| Vec3::from(p))
+            .map(|&p| Vec3::from(p) + *direction * radius_world)
     };
     directions.par_iter().filter_map(furthest).collect()
 }
@@ -137,13 +137,13 @@ mod tests {
             .map(|p| (Vec3::from(p) - 1.0).to_array())
             .filter(|p| Vec3::from(*p).length() < 1.0)
             .collect();
-        let outline = outline(&ball, Aabb::of_points(&ball));
-        assert!(outline.iter().all(|p| (0.9..1.0).contains(&p.length())));
+        let outline = outline(&ball, Aabb::of_points(&ball), 0.25);
+        assert!(outline.iter().all(|p| (1.15..1.25).contains(&p.length())));
         // What is cut off a ball by planes at its 96 furthest points is less than a tenth of its radius.
         for direction in [Vec3::X, Vec3::NEG_Z, Vec3::ONE.normalize(), Vec3::new(0.3, -0.7, 0.2).normalize()]
         {
             let reach = outline.iter().map(|p| p.dot(direction)).fold(0.0, f32::max);
-            assert!(reach > 0.9, "{direction} {reach}");
+            assert!(reach > 1.15, "{direction} {reach}");
         }
     }
 

@@ -1,6 +1,6 @@
 use meniscus_compositor::Compositor;
 use meniscus_core::{Camera, Flaw, FrameReport, Look, ParticleCounts, StageCost};
-use meniscus_gpu::role::{NO_SURFACE, PackedParticle};
+use meniscus_gpu::role::PackedParticle;
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Timing};
 use meniscus_lod::{GpuSet, Selector};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
@@ -109,8 +109,8 @@ impl Renderer {
     ) -> Result<Picture, PipelineError> {
         self.draw_and_wait(frame, world, camera, size)?;
         let mut flaws = frame.flaws.clone();
-        if self.counts.kept == 0 {
-            flaws.add(Flaw::NothingVisible);
+        if let Some(reason) = self.why_nothing_is_visible()? {
+            flaws.add(Flaw::NothingVisible { reason: reason.to_owned() });
         }
         let pixels = self.images().display.read(&self.gpu)?;
         let stages = self.take_costs();
@@ -154,7 +154,7 @@ impl Renderer {
         &self.images().surface
     }
 
-    /// Fraction of the last picture that shows water; reads an image back.
+    /// Fraction of the last picture that shows water; waits for the GPU.
     ///
     /// # Errors
     /// The GPU's.
@@ -162,9 +162,27 @@ impl Renderer {
     /// # Panics
     /// Before the first frame.
     pub fn covered_fraction(&self) -> Result<f64, PipelineError> {
-        let distance = self.images().surface.distance.read(&self.gpu)?;
-        let covered = distance.iter().filter(|d| **d < NO_SURFACE).count();
-        Ok(covered as f64 / distance.len() as f64)
+        let surface = self.surface_images();
+        let [width, height] = surface.size();
+        Ok(f64::from(surface.covered_pixels(&self.gpu)?) / (f64::from(width) * f64::from(height)))
+    }
+
+    /// `None` where the last picture shows particles.
+    fn why_nothing_is_visible(&self) -> Result<Option<&'static str>, PipelineError> {
+        let counts = self.counts;
+        Ok(if counts.input == 0 {
+            Some("none is selected; check --where and --set")
+        } else if counts.chunks_culled == counts.chunks {
+            Some("all are outside of the view; check --camera or leave it out")
+        } else if counts.kept == 0 {
+            Some("the level of detail keeps none; raise --lod")
+        } else if self.sets.iter().all(|set| set.look == Look::Water) && self.covered_fraction()? == 0.0 {
+            Some(
+                "all are hidden, too small to be seen, or too close to the eye; check --camera, --radius and --spacing",
+            )
+        } else {
+            None
+        })
     }
 
     fn images(&self) -> &FrameImages {

@@ -64,7 +64,10 @@ impl World {
     ) -> Result<Self, PipelineError> {
         let bounds = measured.iter().fold(Aabb::EMPTY, |all, m| all.union(m.bounds));
         let outline = measured.iter().flat_map(|m| m.outline.iter().copied()).collect();
-        let depth = measured.iter().filter_map(|m| m.depth).fold(0.0, f32::max);
+        let column = measured.iter().filter_map(|m| m.depth).fold(0.0, f32::max);
+        // A sheet or a tall pillar is looked through from the side.
+        let sides = [1, 2].map(|turn| bounds.extent()[(space.up.index() + turn) % 3]);
+        let depth = column.min(sides[0].min(sides[1]) + space.spacing as f32);
         let spacing = space.spacing as f32;
         let (description, file) = match &settings.scene.file {
             Some(path) => {
@@ -140,7 +143,8 @@ impl Measured {
     fn of(frame: &SetFrame, space: &SeriesSpace) -> Self {
         let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
         let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
-        let outline = drawn().flat_map(|set| outline(&set.particles.positions, bounds)).collect();
+        let outline =
+            drawn().flat_map(|set| outline(&set.particles.positions, bounds, space.radius as f32)).collect();
         let spacing = space.spacing as f32;
         let depth = drawn()
             .filter(|set| set.look == Look::Water)

@@ -63,6 +63,15 @@ impl SurfaceImages {
         self.distance.size()
     }
 
+    /// Pixels that showed fluid in the last frame; waits for the GPU.
+    ///
+    /// # Errors
+    /// The GPU's.
+    pub fn covered_pixels(&self, gpu: &Gpu) -> Result<u32, GpuError> {
+        // The list starts with its length (`shaders/ssfr/covered.inc.wgsl`).
+        Ok(self.covered.read_first(gpu, 1)?.first().copied().unwrap_or(0))
+    }
+
     /// Whether these images serve pictures of `size` pixels made with `params`; if not, make new ones.
     pub fn fit(&self, size: [u32; 2], params: &SsfrParams) -> bool {
         self.size() == size && self.reduced.scale == params.thickness.scale
