@@ -176,7 +176,7 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32) -> Neighbourhood {
         let at = vec2<u32>(clamp(vec2<i32>(pixel) + far_px * offsets[k], vec2(0), last));
         let other = min(distances[at.y * camera.size_px.x + at.x], 2.0 * distance);
         let below = dot(plane, position - view_position(camera, vec2<f32>(at) + 0.5, other));
-        isolation += 0.25 * clamp(2.0 * below / max(fluid.spacing_world, 1e-6 * distance) - 1.0, 0.0, 1.0);
+        isolation += 0.25 * clamp(below / max(fluid.spacing_world, 1e-6 * distance) - 1.0, 0.0, 1.0);
     }
     return Neighbourhood(sum, spread, isolation);
 }

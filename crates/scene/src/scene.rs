@@ -180,6 +180,17 @@ mod tests {
     }
 
     #[test]
+    fn level_water_does_not_mirror_the_sun_into_the_automatic_camera() {
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let scene = Scene::around(bounds(), up, 0.1);
+            let forward = crate::automatic_camera(&bounds().corners(), up, [1280, 720]).forward();
+            let mirrored = forward - 2.0 * forward.dot(up.vector()) * up.vector();
+            // 60 degrees: beyond the slopes of waves, which turn the reflection by twice their angle.
+            assert!(mirrored.dot(scene.sun.direction) < 0.5);
+        }
+    }
+
+    #[test]
     fn walls_face_inwards() {
         for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
             let mut scene = Scene::around(bounds(), up, 0.1);

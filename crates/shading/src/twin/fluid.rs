@@ -181,7 +181,7 @@ fn neighbourhood(
         let other = input.distance[input.index(at)].min(2.0 * distance);
         let below = plane.dot(here - position(at, other));
         let soft = fluid.spacing_world.max(1e-6 * distance);
-        isolation += 0.25 * (2.0 * below / soft - 1.0).clamp(0.0, 1.0);
+        isolation += 0.25 * (below / soft - 1.0).clamp(0.0, 1.0);
     }
     Neighbourhood { normal_sum: sum, spread, isolation }
 }

@@ -222,3 +222,26 @@ fn parameters_change_the_picture_and_bad_ones_do_not() {
     let turbid = Fluid::from_parameters(&parameters).unwrap();
     assert_ne!(frame.render(&gpu, &model), frame.render(&gpu, &turbid));
 }
+
+/// Spray whitens a single drop, and neither waves nor the edges of the pool.
+#[test]
+fn spray_is_for_single_drops() {
+    let gpu = gpu();
+    let [camera, _] = cameras();
+    let pool = |p: Vec3| if p.y > 0.4 { 1.0 } else { waves(p) };
+    let without_drop = cast(&CameraUniform::new(&camera, SIZE), BOUNDS, 0.01, pool).distance;
+    let frame = Frame::plain(&camera, SIZE, &tiled_scene(), wavy_pool(&camera), [0.1, 0.1, 0.1, 1.0], 1e3);
+    let image =
+        |spray| frame.render(&gpu, &Fluid::new(FluidParameters { spray, ..Default::default() }).unwrap());
+    let whitened: Vec<usize> = image(0.0)
+        .iter()
+        .zip(image(1.0))
+        .enumerate()
+        .filter_map(|(i, (clear, white))| (white[2] - clear[2] > 0.1).then_some(i))
+        .collect();
+    let (drop, rest): (Vec<usize>, Vec<usize>) =
+        whitened.into_iter().partition(|&i| frame.water.distance[i] < without_drop[i]);
+    assert!(drop.len() >= 5, "{drop:?}");
+    // The pool's corners stick out to all sides in the picture, as a drop does: a few pixels each.
+    assert!(rest.len() <= 20, "{rest:?}");
+}
