@@ -1,5 +1,6 @@
 //! Neighbours of a few sampled particles among many, in one pass over all of them.
 
+use std::cmp::Ordering;
 use std::collections::HashMap;
 use std::hash::{BuildHasherDefault, Hasher};
 
@@ -7,6 +8,10 @@ use rayon::prelude::*;
 
 /// Bits of the filter that tells in one look that a cell is near no sample.
 const FILTER_BITS: u64 = 1 << 20;
+
+/// Particles in a cell beyond which equal ones count once: a hundred times those of a liquid, and every sample near them
+/// would look at each.
+const PILE: usize = 4096;
 
 type Cell = [i32; 3];
 
@@ -58,7 +63,8 @@ fn around(cell: Cell) -> impl Iterator<Item = Cell> {
 }
 
 impl Neighbourhood {
-    /// Collects the particles of `points` within `reach` of any of `samples`, and some more.
+    /// Collects the particles of `points` within `reach` of any of `samples`, and some more. Where very many share a cell,
+    /// those at the same place count once.
     pub fn collect(points: &[[f32; 3]], samples: &[[f32; 3]], reach: f32) -> Self {
         let mut filter = vec![false; FILTER_BITS as usize];
         let mut index = HashMap::default();
@@ -78,6 +84,16 @@ impl Neighbourhood {
         let mut members = vec![Vec::new(); index.len()];
         for (cell, point) in near {
             members[cell as usize].push(point);
+        }
+        for pile in members.iter_mut().filter(|members| members.len() > PILE) {
+            pile.sort_unstable_by(|a, b| {
+                a.iter()
+                    .zip(b)
+                    .map(|(a, b)| a.total_cmp(b))
+                    .find(|order| order.is_ne())
+                    .unwrap_or(Ordering::Equal)
+            });
+            pile.dedup();
         }
         Self { reach, index, members }
     }

@@ -34,19 +34,42 @@ pub(crate) struct Estimate {
 
 /// Estimates the spacing of `points`, all finite; `flat_axis` has no extent.
 pub(crate) fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimate {
-    if points.len() < 2 {
-        let doubt = Some(format!("there are {} particles", points.len()));
-        return Estimate { spacing: 1.0, doubt };
-    }
     let [cheap, thorough] = EFFORTS;
-    let estimate = attempt(points, flat_axis, &cheap);
-    if estimate.doubt.is_none() { estimate } else { attempt(points, flat_axis, &thorough) }
+    match attempt(points, flat_axis, &cheap) {
+        Some(estimate) if estimate.doubt.is_none() => estimate,
+        _ => attempt(points, flat_axis, &thorough).unwrap_or_else(|| guess(points)),
+    }
 }
 
-fn attempt(points: &[[f32; 3]], flat_axis: Option<usize>, effort: &Effort) -> Estimate {
+/// A length of the data's order, where no particle has neighbours: the extent shared out among the particles, as many along
+/// each dimension of their box.
+fn guess(points: &[[f32; 3]]) -> Estimate {
+    let extents: [f64; 3] = std::array::from_fn(|axis| {
+        let values = || points.iter().map(|p| f64::from(p[axis]));
+        (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)).max(0.0)
+    });
+    let extent = extents.iter().copied().fold(0.0, f64::max);
+    if extent == 0.0 {
+        let doubt = match points.len() {
+            0 => "there are no particles".into(),
+            1 => "there is one particle".into(),
+            count => format!("all {count} particles are at the same place"),
+        };
+        return Estimate { spacing: 1.0, doubt: Some(doubt) };
+    }
+    let mut places: Vec<[u32; 3]> = points.iter().map(|p| p.map(f32::to_bits)).collect();
+    places.sort_unstable();
+    places.dedup();
+    let dimensions = extents.iter().filter(|e| **e > 1e-6 * extent).count();
+    let spacing = extent * (places.len() as f64).powf(-1.0 / dimensions as f64);
+    Estimate { spacing, doubt: Some("the particles are too far apart to have neighbours".into()) }
+}
+
+/// `None` when the particles have no neighbours.
+fn attempt(points: &[[f32; 3]], flat_axis: Option<usize>, effort: &Effort) -> Option<Estimate> {
     let dimensions = if flat_axis.is_some() { 2 } else { 3 };
     let samples: Vec<[f32; 3]> = sample(points, effort.samples).copied().collect();
-    let mut guess = occupied_spacing(points, flat_axis);
+    let mut guess = occupied_spacing(points, flat_axis)?;
     for _ in 0..8 {
         let reach = 1.1 * SUPPORT * guess;
         let near = Neighbourhood::collect(points, &samples, reach);
@@ -58,10 +81,9 @@ fn attempt(points: &[[f32; 3]], flat_axis: Option<usize>, effort: &Effort) -> Es
             guess = 1.1 * dense;
             continue;
         }
-        return refine(&near, &samples, dense, reach, dimensions, effort.max_offset);
+        return Some(refine(&near, &samples, dense, reach, dimensions, effort.max_offset));
     }
-    let doubt = Some("the particles are too far apart to have neighbours".into());
-    Estimate { spacing: f64::from(guess).max(f64::MIN_POSITIVE), doubt }
+    None
 }
 
 /// About `count` of `points`, evenly spread over the list; a step prime to most row lengths avoids sampling a lattice along
@@ -80,7 +102,11 @@ fn sample(points: &[[f32; 3]], count: usize) -> impl Iterator<Item = &[f32; 3]> 
 }
 
 /// Upper estimate of the spacing: the volume of the occupied cells of a grid that is refined until few samples share a cell.
-fn occupied_spacing(points: &[[f32; 3]], flat_axis: Option<usize>) -> f32 {
+/// `None` without an extent.
+fn occupied_spacing(points: &[[f32; 3]], flat_axis: Option<usize>) -> Option<f32> {
+    if points.len() < 2 {
+        return None;
+    }
     let samples: Vec<[f32; 3]> = sample(points, 1 << 15).copied().collect();
     let mut extent = 0.0_f32;
     for axis in 0..3 {
@@ -91,7 +117,7 @@ fn occupied_spacing(points: &[[f32; 3]], flat_axis: Option<usize>) -> f32 {
         extent = extent.max(values[values.len() - 1 - cut] - values[cut]);
     }
     if extent <= 0.0 {
-        return f32::MIN_POSITIVE.sqrt();
+        return None;
     }
     let dimensions = if flat_axis.is_some() { 2 } else { 3 };
     let mut cell = extent / 4.0;
@@ -100,11 +126,11 @@ fn occupied_spacing(points: &[[f32; 3]], flat_axis: Option<usize>) -> f32 {
             samples.iter().map(|p| p.map(|c| (c / cell).floor() as i32)).collect();
         if samples.len() < 8 * cells.len() {
             let per_cell = points.len() as f32 / cells.len() as f32;
-            return cell / per_cell.powf(1.0 / dimensions as f32);
+            return Some(cell / per_cell.powf(1.0 / dimensions as f32));
         }
         cell *= 0.5;
     }
-    cell
+    Some(cell)
 }
 
 /// Spacing in the denser parts, from the distance to the k-th neighbour: its lower quartile over the samples. `None` when
@@ -272,6 +298,37 @@ mod tests {
     fn flat_data_is_measured_in_its_plane() {
         let points: Vec<[f32; 3]> = lattice([60, 30, 1], 0.02, 0.0);
         assert_near(&estimate(&points, Some(2)), 0.02, 0.05, "flat");
+    }
+
+    #[test]
+    fn without_neighbours_the_extent_is_shared_out() {
+        // Extent over the d-th root of the number of particles, d the dimension of their box.
+        for (points, flat_axis, expected) in [
+            (vec![[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]], Some(2), 3_f64.powf(-0.5)),
+            (vec![[0.0; 3], [2.0; 3]], None, 2.0 * 2_f64.powf(-1.0 / 3.0)),
+            (vec![[0.0; 3], [7.0, 0.0, 0.0]], None, 3.5),
+            (vec![[4e-3; 3]], None, 1.0),
+            (vec![], None, 1.0),
+        ] {
+            let found = estimate(&points, flat_axis);
+            assert_near(&found, expected, 1e-6, &format!("{points:?}"));
+            assert!(found.doubt.is_some());
+        }
+    }
+
+    #[test]
+    fn a_pile_counts_once() {
+        let pile = vec![[0.25; 3]; 1_000_000];
+        let found = estimate(&pile, None);
+        assert_eq!(found.spacing, 1.0);
+        assert_eq!(found.doubt.as_deref(), Some("all 1000000 particles are at the same place"));
+        let mut and_one = pile.clone();
+        and_one.push([4.25, 0.25, 0.25]);
+        assert_near(&estimate(&and_one, None), 2.0, 1e-6, "a pile and a particle");
+        // The samples in the pile have no symmetric neighbourhood, those in the block have.
+        let mut and_block = pile;
+        and_block.extend(lattice([40, 40, 40], 0.1, 0.0));
+        assert_near(&estimate(&and_block, None), 0.1, 0.05, "a pile in a block");
     }
 
     #[test]
