@@ -9,6 +9,7 @@ use crate::array::{CheckedArray, DataArray, check};
 use crate::dataset::{Dataset, Piece};
 use crate::discover::TimeStep;
 use crate::expression::{Column, Expression, Part};
+use crate::info::value_counts;
 use crate::scalar::{Convert, Recentre, ScalarType, ToF64};
 
 /// An attribute that every piece has.
@@ -184,6 +185,22 @@ impl FrameData {
             .collect())
     }
 
+    /// What the quantities of `expression` are here: `; type has the values 0, 1, 2`, `; z is from 0 to 2.5`.
+    pub fn describe_values(&self, expression: &Expression, cancel: &Cancel) -> Result<String, Error> {
+        let mut text = String::new();
+        for (i, column) in expression.columns().iter().enumerate() {
+            let same = |other: &Column| (&other.name, other.part) == (&column.name, column.part);
+            if expression.columns()[..i].iter().any(same) {
+                continue;
+            }
+            let values = self.column(expression, column, cancel)?;
+            let values: Vec<f64> =
+                (0..self.points).map(|point| values.value(point)).filter(|value| value.is_finite()).collect();
+            text += &format!("; {column} {}", describe_values(&values));
+        }
+        Ok(text)
+    }
+
     fn column(&self, expression: &Expression, column: &Column, cancel: &Cancel) -> Result<Values, Error> {
         if let Some(attribute) = self.attribute(&column.name) {
             let components = attribute.components;
@@ -235,6 +252,21 @@ impl Values {
             (Part::Whole, [value]) => *value,
             (Part::Whole, _) => tuple.iter().map(|v| v * v).sum::<f64>().sqrt(),
         }
+    }
+}
+
+/// The values themselves where they are few whole numbers, else their range.
+fn describe_values(values: &[f64]) -> String {
+    let whole = values.iter().all(|value| value.fract() == 0.0);
+    if let Some(counts) = value_counts(values).filter(|counts| whole && !counts.is_empty()) {
+        let list: Vec<String> = counts.iter().map(|count| count.value.to_string()).collect();
+        return format!("has the value{} {}", if list.len() == 1 { "" } else { "s" }, list.join(", "));
+    }
+    let low = values.iter().copied().reduce(f64::min);
+    let high = values.iter().copied().reduce(f64::max);
+    match (low, high) {
+        (Some(low), Some(high)) => format!("is from {} to {}", low as f32, high as f32),
+        _ => "has no finite value".into(),
     }
 }
 

@@ -9,8 +9,8 @@ use serde::{Serialize, Serializer};
 use crate::Error;
 use crate::frame_data::{AttributeInfo, FrameData};
 use crate::scalar::ToF64;
-use crate::series::Series;
 use crate::series::sets::{self, SetSource};
+use crate::series::{Series, companions};
 
 /// Integer attributes with at most this many values are listed value by value.
 pub(crate) const MAX_LISTED_VALUES: usize = 32;
@@ -253,7 +253,7 @@ fn set_summaries(
     let mut summaries = Vec::new();
     for (i, plan) in series.sets().iter().enumerate() {
         let points = match (&plan.source, &assigned) {
-            (SetSource::Files(steps), _) => match sets::companion(steps, index, frame.time) {
+            (SetSource::Files(steps), _) => match companions::companion(steps, index, frame.time) {
                 Some(step) => FrameData::open(step, cancel)?.points,
                 None => 0,
             },

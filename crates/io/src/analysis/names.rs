@@ -6,6 +6,7 @@ pub(crate) const PRESSURE: &[&str] = &["pressure", "p", "press", "pres"];
 pub(crate) const VELOCITY: &[&str] = &["velocity", "v", "vel", "u", "velocities"];
 pub(crate) const DENSITY: &[&str] = &["density", "rho", "rhop", "dens"];
 pub(crate) const MASS: &[&str] = &["mass", "m"];
+pub(crate) const RADIUS: &[&str] = &["radius", "r"];
 /// Kinds of particles.
 pub(crate) const KIND: &[&str] = &[
     "type",

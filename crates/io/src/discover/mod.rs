@@ -2,7 +2,7 @@
 
 mod collection;
 mod groups;
-mod names;
+pub(crate) mod names;
 
 use std::path::{Path, PathBuf};
 

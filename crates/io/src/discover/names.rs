@@ -36,7 +36,7 @@ fn digits(text: &[u8]) -> (&[u8], &[u8]) {
 }
 
 /// A file name with its last number taken out: what the files of a series share. Only the number before the extension counts.
-pub(super) fn stem(name: &str) -> String {
+pub(crate) fn stem(name: &str) -> String {
     let dot = name.rfind('.').unwrap_or(name.len());
     let (body, extension) = name.split_at(dot);
     let Some(end) = body.rfind(|c: char| c.is_ascii_digit()).map(|i| i + 1) else { return name.to_owned() };

@@ -47,6 +47,15 @@ pub(crate) struct Column {
     pub at: usize,
 }
 
+impl fmt::Display for Column {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self.part {
+            Part::Whole => write!(f, "{}", self.name),
+            Part::Component(index) => write!(f, "{}[{index}]", self.name),
+        }
+    }
+}
+
 /// Which number of a vector.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {

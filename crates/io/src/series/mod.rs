@@ -1,6 +1,10 @@
 //! A series of particle frames: the reader that the rest of the program sees.
 
+pub(crate) mod companions;
+mod lengths;
+mod parts;
 mod read;
+mod selections;
 pub(crate) mod sets;
 mod survey;
 mod view;

@@ -4,7 +4,7 @@ use meniscus_core::{Attribute, Cancel, Flaw, Flaws, FrameRequest, ParticleFrame,
 use rayon::prelude::*;
 
 use super::sets::{self, NO_SET, SetSource};
-use super::{Series, origin_of};
+use super::{Series, companions, origin_of};
 use crate::Error;
 use crate::array::check;
 use crate::frame_data::FrameData;
@@ -25,7 +25,7 @@ pub(super) fn read(
     let mut files = step.files.clone();
     for (set, plan) in particles.iter_mut().zip(&series.sets) {
         let SetSource::Files(steps) = &plan.source else { continue };
-        let Some(step) = sets::companion(steps, index, frame.time) else { continue };
+        let Some(step) = companions::companion(steps, index, frame.time) else { continue };
         let frame = FrameData::open(step, cancel)?;
         files.extend(step.files.iter().cloned());
         // What colours the water need not exist in the files beside it.

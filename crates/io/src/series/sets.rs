@@ -94,13 +94,3 @@ pub(crate) fn assign(
     }
     Ok(Some(assigned))
 }
-
-/// The step of a companion series that is shown with frame `index` of `count` at `time`: the nearest in time where both know
-/// theirs, else the same index, else the last.
-pub(crate) fn companion(steps: &[TimeStep], index: usize, time: Option<f64>) -> Option<&TimeStep> {
-    let nearest = time.and_then(|time| {
-        let known = steps.iter().filter_map(|step| Some((step, (step.time? - time).abs())));
-        known.min_by(|a, b| a.1.total_cmp(&b.1)).map(|(step, _)| step)
-    });
-    nearest.or_else(|| steps.get(index)).or(steps.last())
-}

@@ -4,17 +4,14 @@ use std::cell::LazyCell;
 use std::ops::Deref;
 use std::path::PathBuf;
 
-use meniscus_core::{
-    Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, SeriesSpace, SpacingSource,
-};
+use meniscus_core::{Cancel, Choice, Flaw, Flaws, SeriesSpace};
 
 use super::sets::SetPlan;
 use super::view::View;
-use crate::analysis::spacing::Estimate;
+use super::{companions, lengths, parts, selections};
 use crate::analysis::walls::Walls;
-use crate::analysis::{names, spacing, up, walls};
+use crate::analysis::{up, walls};
 use crate::discover::TimeStep;
-use crate::scalar::ToF32;
 use crate::{Error, SeriesOptions};
 
 pub(super) struct Survey {
@@ -35,14 +32,16 @@ pub(super) fn survey(
 ) -> Result<Survey, Error> {
     let cancel = Cancel::default();
     let mut flaws = Flaws::default();
-    let (view, index) = first_view(steps, plans, &mut flaws, &cancel)?;
+    let (view, index) = first_view(steps, plans, &cancel)?;
     // The last frame is only read where the first says too little. Its own errors are met again when it is drawn.
     let last = LazyCell::new(|| {
         let mut later = steps.iter().skip(index + 1).rev();
         later.find_map(|step| View::open(step, plans, &cancel).ok().filter(|view| !view.is_empty()))
     });
     let mut choices = Vec::new();
-    describe_parts(&view, &mut choices, &cancel);
+    parts::describe(&view, steps, plans, &mut choices, &cancel);
+    companions::describe(steps, plans, &mut choices);
+    selections::describe(&view, plans, options, &mut choices, &cancel)?;
     let flat_axis = view.flat_axis();
     if let Some(axis) = flat_axis {
         flaws.add(Flaw::Planar { axis: ['x', 'y', 'z'][axis] });
@@ -53,18 +52,11 @@ pub(super) fn survey(
     }
     let members = walls.as_ref().map(|walls| walls.members.as_slice());
     let sample = view.sample(members);
-    let (spacing, spacing_source) = match options.spacing {
-        Some(spacing) => (spacing, SpacingSource::User),
-        None => {
-            let estimate = spacing::estimate(&view.liquid(members), flat_axis);
-            choose_spacing(&view, &sample, estimate, flat_axis, &mut choices, &mut flaws, &cancel)?
-        }
-    };
-    let (radius, radius_choice) = choose_radius(spacing, options, &mut choices);
+    let lengths = lengths::choose(&view, members, options, &mut choices, &mut flaws, &cancel)?;
     let up = match options.up {
         Some(axis) => axis,
         None => {
-            let guess = guess_up(&view, &last, &sample, spacing as f32, flat_axis, &cancel)?;
+            let guess = guess_up(&view, &last, &sample, lengths.spacing as f32, flat_axis, &cancel)?;
             choices.push(choice("up axis", guess.axis.letter().to_string(), guess.reason, "--up"));
             guess.axis
         }
@@ -78,10 +70,10 @@ pub(super) fn survey(
         bytes_per_file_byte: bytes as f64 / file_bytes(&steps[index].files).max(1) as f64,
         space: SeriesSpace {
             origin: view.origin,
-            spacing,
-            spacing_source,
-            radius,
-            radius_choice,
+            spacing: lengths.spacing,
+            spacing_source: lengths.spacing_source,
+            radius: lengths.radius,
+            radius_choice: lengths.radius_choice,
             up,
             metres_per_unit,
         },
@@ -105,17 +97,13 @@ fn find_walls(
     walls::find(&view.frame, &view.positions, &selected, later.as_deref(), cancel)
 }
 
-fn choice(what: &str, value: String, reason: String, flag: &str) -> Choice {
+pub(super) fn choice(what: &str, value: String, reason: String, flag: &str) -> Choice {
     Choice { what: what.into(), value, reason, flag: flag.into() }
 }
 
-/// The first frame with particles, else the first that can be read at all. Frames that cannot be read become flaws.
-fn first_view(
-    steps: &[TimeStep],
-    plans: &[SetPlan],
-    flaws: &mut Flaws,
-    cancel: &Cancel,
-) -> Result<(View, usize), Error> {
+/// The first frame with particles, else the first that can be read at all. What is wrong with the others is said
+/// when they are drawn.
+fn first_view(steps: &[TimeStep], plans: &[SetPlan], cancel: &Cancel) -> Result<(View, usize), Error> {
     let mut empty = None;
     let mut first_error = None;
     for (index, step) in steps.iter().enumerate() {
@@ -123,10 +111,7 @@ fn first_view(
             Ok(view) if !view.is_empty() => return Ok((view, index)),
             Ok(view) => empty = empty.or(Some((view, index))),
             Err(e @ (Error::Usage { .. } | Error::Expression(_))) => return Err(e),
-            Err(e) => {
-                flaws.add(Flaw::FrameMissing { frame: index, reason: e.to_string() });
-                first_error = first_error.or(Some(e));
-            }
+            Err(e) => first_error = first_error.or(Some(e)),
         }
     }
     match (empty, first_error) {
@@ -134,81 +119,6 @@ fn first_view(
         (None, Some(error)) => Err(error),
         (None, None) => Err(Error::usage("the series has no frame")),
     }
-}
-
-fn describe_parts(view: &View, choices: &mut Vec<Choice>, cancel: &Cancel) {
-    // Cells that cannot be read do not matter to particles.
-    if view.frame.is_mesh(cancel).unwrap_or(false) {
-        let reason = "there are no vertex cells, only faces; is this a surface mesh?".into();
-        choices.push(choice("particles", "the corners of a mesh".into(), reason, "INPUT"));
-    }
-    if !view.frame.meshes.is_empty() {
-        let names: Vec<String> = view
-            .frame
-            .meshes
-            .iter()
-            .filter_map(|path| Some(path.file_name()?.to_string_lossy().into_owned()))
-            .collect();
-        let reason = "a surface mesh is not water".into();
-        choices.push(choice("parts left out", names.join(", "), reason, "--set NAME=FILE"));
-    }
-}
-
-fn choose_spacing(
-    view: &View,
-    sample: &[usize],
-    estimate: Estimate,
-    flat_axis: Option<usize>,
-    choices: &mut Vec<Choice>,
-    flaws: &mut Flaws,
-    cancel: &Cancel,
-) -> Result<(f64, SpacingSource), Error> {
-    let dimensions = if flat_axis.is_some() { 2.0 } else { 3.0 };
-    if let Some(spacing) = from_mass(view, sample, dimensions, cancel)? {
-        // Mass in another unit than density and coordinates would be off by a power of ten.
-        let plausible = (spacing / estimate.spacing - 1.0).abs() < 0.2;
-        if plausible || estimate.doubt.is_some() {
-            let reason = "from the median mass and a rest density, the upper quartile of the density".into();
-            choices.push(choice("spacing", format!("{spacing:.6}"), reason, "--spacing"));
-            return Ok((spacing, SpacingSource::MassAndDensity));
-        }
-    }
-    if let Some(reason) = estimate.doubt {
-        flaws.add(Flaw::SpacingUncertain { reason });
-    }
-    let reason = "estimated from the local density of sampled particles".into();
-    choices.push(choice("spacing", format!("{:.6}", estimate.spacing), reason, "--spacing"));
-    Ok((estimate.spacing, SpacingSource::Estimate))
-}
-
-/// Spacing from mass and density where the file has both. The rest density is the upper quartile over all particles: a
-/// particle's own density falls to a third at a free surface.
-fn from_mass(view: &View, sample: &[usize], dimensions: f64, cancel: &Cancel) -> Result<Option<f64>, Error> {
-    let mass = names::find(&view.frame, names::MASS, 1);
-    let density = names::find(&view.frame, names::DENSITY, 1);
-    let (Some(mass), Some(density)) = (mass, density) else { return Ok(None) };
-    let quantile = |attribute, q: f64| -> Result<Option<f64>, Error> {
-        let values = view.frame.values(attribute, &ToF32, cancel)?;
-        let positive = |v: &f32| v.is_finite() && *v > 0.0;
-        let mut values: Vec<f32> = sample.iter().map(|&i| values[i]).filter(positive).collect();
-        values.sort_by(f32::total_cmp);
-        let index = ((values.len().max(1) - 1) as f64 * q) as usize;
-        Ok(values.get(index).map(|v| f64::from(*v)))
-    };
-    let (Some(mass), Some(density)) = (quantile(mass, 0.5)?, quantile(density, 0.75)?) else {
-        return Ok(None);
-    };
-    Ok(Some((mass / density).powf(1.0 / dimensions)))
-}
-
-fn choose_radius(spacing: f64, options: &SeriesOptions, choices: &mut Vec<Choice>) -> (f64, RadiusChoice) {
-    if let Some(radius) = options.radius {
-        return (radius, RadiusChoice::User);
-    }
-    let radius = DEFAULT_RADIUS_PER_SPACING * spacing;
-    let reason = format!("{DEFAULT_RADIUS_PER_SPACING} of the spacing");
-    choices.push(choice("radius", format!("{radius:.6}"), reason, "--radius"));
-    (radius, RadiusChoice::FromSpacing)
 }
 
 fn guess_up(

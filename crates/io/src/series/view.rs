@@ -3,7 +3,7 @@
 use std::borrow::Cow;
 
 use glam::{DVec3, Vec3};
-use meniscus_core::{Aabb, Cancel};
+use meniscus_core::{Aabb, Cancel, Look};
 use rayon::prelude::*;
 
 use super::sets::{self, SetPlan};
@@ -25,6 +25,8 @@ pub(super) struct View {
     all_finite: bool,
     /// The set of every point; `None` when all are in the default set.
     sets: Option<Vec<u8>>,
+    /// Which sets count as the water.
+    water: Vec<bool>,
 }
 
 impl View {
@@ -40,16 +42,23 @@ impl View {
         positions.par_iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
         let (bounds, all_finite) = finite_bounds(&positions);
         let sets = sets::assign(plans, &frame, cancel)?;
-        Ok(Self { frame, origin, positions, bounds, all_finite, sets })
+        let water = water_sets(plans, sets.as_deref().unwrap_or_default());
+        Ok(Self { frame, origin, positions, bounds, all_finite, sets, water })
     }
 
     pub fn is_empty(&self) -> bool {
         self.bounds.is_empty()
     }
 
-    /// Whether point `i` is in the default set and finite.
+    /// Whether set `index` of the input has points.
+    pub fn has_members(&self, index: usize) -> bool {
+        self.sets.as_ref().map_or(index == 0, |sets| sets.iter().any(|&set| usize::from(set) == index))
+    }
+
+    /// Whether point `i` is finite and in the default set; where that one is empty, in one drawn as water, else in any.
     pub fn is_water(&self, i: usize) -> bool {
-        is_finite(&self.positions[i]) && self.sets.as_ref().is_none_or(|sets| sets[i] == 0)
+        let is_in = |sets: &Vec<u8>| self.water.get(usize::from(sets[i])).is_some_and(|water| *water);
+        is_finite(&self.positions[i]) && self.sets.as_ref().is_none_or(is_in)
     }
 
     /// The positions of the default set without those that `left_out` marks.
@@ -82,6 +91,16 @@ impl View {
         let shift = (self.origin - origin).as_vec3();
         self.positions.par_iter().map(|&p| (Vec3::from(p) + shift).to_array()).collect()
     }
+}
+
+/// Which of `plans` count as the water when the points are in `sets`: the first of default set, sets drawn as water and all
+/// sets that has points.
+fn water_sets(plans: &[SetPlan], sets: &[u8]) -> Vec<bool> {
+    let default: Vec<bool> = (0..plans.len()).map(|index| index == 0).collect();
+    let drawn_as_water: Vec<bool> = plans.iter().map(|plan| plan.look == Look::Water).collect();
+    let has_points =
+        |marks: &Vec<bool>| sets.iter().any(|&set| marks.get(usize::from(set)).is_some_and(|mark| *mark));
+    [default, drawn_as_water].into_iter().find(has_points).unwrap_or_else(|| vec![true; plans.len()])
 }
 
 fn is_finite(point: &[f32; 3]) -> bool {

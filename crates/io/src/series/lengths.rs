@@ -1,0 +1,149 @@
+//! Spacing and radius of a series.
+
+use meniscus_core::{Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, SpacingSource};
+
+use super::survey::choice;
+use super::view::View;
+use crate::analysis::{names, spacing};
+use crate::scalar::ToF32;
+use crate::{Error, SeriesOptions};
+
+/// What is chosen, file units.
+pub(super) struct Lengths {
+    pub spacing: f64,
+    pub spacing_source: SpacingSource,
+    pub radius: f64,
+    pub radius_choice: RadiusChoice,
+}
+
+/// A spacing, why, and the radius that comes with it.
+struct Spacing {
+    value: f64,
+    source: SpacingSource,
+    reason: String,
+    radius: Option<Radius>,
+}
+
+/// A radius that the file states.
+struct Radius {
+    value: f64,
+    reason: String,
+}
+
+/// Factor between the spacing by density and twice the file's radius beyond which the radius is believed.
+const MAX_DISAGREEMENT: f64 = 2.0;
+
+/// Chooses what `options` leave open. `walls` marks particles that do not count.
+pub(super) fn choose(
+    view: &View,
+    walls: Option<&[bool]>,
+    options: &SeriesOptions,
+    choices: &mut Vec<Choice>,
+    flaws: &mut Flaws,
+    cancel: &Cancel,
+) -> Result<Lengths, Error> {
+    let (spacing, spacing_source, stated) = match options.spacing {
+        Some(spacing) => (spacing, SpacingSource::User, None),
+        None => {
+            let chosen = choose_spacing(view, walls, flaws, cancel)?;
+            choices.push(choice("spacing", format!("{:.6}", chosen.value), chosen.reason, "--spacing"));
+            (chosen.value, chosen.source, chosen.radius)
+        }
+    };
+    let (radius, radius_choice) = match options.radius {
+        Some(radius) => (radius, RadiusChoice::User),
+        None => {
+            let Radius { value, reason } = stated.unwrap_or_else(|| Radius {
+                value: DEFAULT_RADIUS_PER_SPACING * spacing,
+                reason: format!("{DEFAULT_RADIUS_PER_SPACING} of the spacing"),
+            });
+            choices.push(choice("radius", format!("{value:.6}"), reason, "--radius"));
+            (value, RadiusChoice::FromSpacing)
+        }
+    };
+    Ok(Lengths { spacing, spacing_source, radius, radius_choice })
+}
+
+fn choose_spacing(
+    view: &View,
+    walls: Option<&[bool]>,
+    flaws: &mut Flaws,
+    cancel: &Cancel,
+) -> Result<Spacing, Error> {
+    let flat_axis = view.flat_axis();
+    let sample = view.sample(walls);
+    let estimate = spacing::estimate(&view.liquid(walls), flat_axis);
+    let by_mass = from_mass(view, &sample, if flat_axis.is_some() { 2.0 } else { 3.0 }, cancel)?;
+    let mass = |value| Spacing {
+        value,
+        source: SpacingSource::MassAndDensity,
+        reason: "from the median mass and a rest density, the upper quartile of the density".into(),
+        radius: None,
+    };
+    // Mass in another unit than density and coordinates would be off by a power of ten.
+    if let Some(value) = by_mass.filter(|spacing| (spacing / estimate.spacing - 1.0).abs() < 0.2) {
+        return Ok(mass(value));
+    }
+    if let Some((name, radius)) = median_radius(view, &sample, cancel)? {
+        let ratio = 2.0 * radius / estimate.spacing;
+        let agrees = (1.0 / MAX_DISAGREEMENT..=MAX_DISAGREEMENT).contains(&ratio);
+        if estimate.doubt.is_some() || !agrees {
+            let reason = format!("twice the median of the attribute {name:?}");
+            let stated = Radius { value: radius, reason: format!("the median of the attribute {name:?}") };
+            return Ok(Spacing {
+                value: 2.0 * radius,
+                source: SpacingSource::Estimate,
+                reason,
+                radius: Some(stated),
+            });
+        }
+    }
+    if let Some(value) = by_mass.filter(|_| estimate.doubt.is_some()) {
+        return Ok(mass(value));
+    }
+    let reason = match estimate.doubt {
+        Some(doubt) => {
+            flaws.add(Flaw::SpacingUncertain { reason: doubt.clone() });
+            format!("a guess: {doubt}")
+        }
+        None => "estimated from the local density of sampled particles".into(),
+    };
+    Ok(Spacing { value: estimate.spacing, source: SpacingSource::Estimate, reason, radius: None })
+}
+
+/// Spacing from mass and density where the file has both. The rest density is the upper quartile over all particles: a
+/// particle's own density falls to a third at a free surface.
+fn from_mass(view: &View, sample: &[usize], dimensions: f64, cancel: &Cancel) -> Result<Option<f64>, Error> {
+    let mass = names::find(&view.frame, names::MASS, 1);
+    let density = names::find(&view.frame, names::DENSITY, 1);
+    let (Some(mass), Some(density)) = (mass, density) else { return Ok(None) };
+    let quantile = |attribute, q: f64| -> Result<Option<f64>, Error> {
+        let values = view.frame.values(attribute, &ToF32, cancel)?;
+        let positive = |v: &f32| v.is_finite() && *v > 0.0;
+        Ok(quantile(sample.iter().map(|&i| values[i]).filter(positive).collect(), q))
+    };
+    let (Some(mass), Some(density)) = (quantile(mass, 0.5)?, quantile(density, 0.75)?) else {
+        return Ok(None);
+    };
+    Ok(Some((mass / density).powf(1.0 / dimensions)))
+}
+
+/// Name and median of the attribute that gives every particle's radius: positive everywhere, no particle larger than the data.
+fn median_radius(view: &View, sample: &[usize], cancel: &Cancel) -> Result<Option<(String, f64)>, Error> {
+    let attribute = names::find(&view.frame, names::RADIUS, 1).filter(|a| !a.ty.is_integer());
+    let Some(attribute) = attribute else { return Ok(None) };
+    let values = view.frame.values(attribute, &ToF32, cancel)?;
+    let radii: Vec<f32> = sample.iter().map(|&i| values[i]).collect();
+    let extent = view.bounds.extent().max_element();
+    let may_be = |radius: &f32| *radius > 0.0 && radius.is_finite() && (extent == 0.0 || *radius <= extent);
+    if !radii.iter().all(may_be) {
+        return Ok(None);
+    }
+    Ok(quantile(radii, 0.5).map(|radius| (attribute.name.clone(), radius)))
+}
+
+fn quantile(mut values: Vec<f32>, q: f64) -> Option<f64> {
+    values.sort_by(f32::total_cmp);
+    let index = (values.len().saturating_sub(1) as f64 * q) as usize;
+    values.get(index).map(|v| f64::from(*v))
+}
