@@ -31,7 +31,7 @@ pub struct Options {
 }
 
 /// Enough for splashes that look like water, few enough for a CPU to draw in seconds.
-const PARTICLES: &str = "150000";
+const PARTICLES: &str = "400000";
 
 /// A second of film at 24 frames per second.
 const FRAMES: usize = 24;

@@ -64,7 +64,9 @@ impl World {
     ) -> Result<Self, PipelineError> {
         let bounds = measured.iter().fold(Aabb::EMPTY, |all, m| all.union(m.bounds));
         let outline = measured.iter().flat_map(|m| m.outline.iter().copied()).collect();
-        let column = measured.iter().filter_map(|m| m.depth).fold(0.0, f32::max);
+        let mut columns: Vec<f32> = measured.iter().filter_map(|m| m.depth).collect();
+        columns.sort_by(f32::total_cmp);
+        let column = columns.get(columns.len() / 2).copied().unwrap_or(0.0);
         // A sheet or a tall pillar is looked through from the side.
         let sides = [1, 2].map(|turn| bounds.extent()[(space.up.index() + turn) % 3]);
         let depth = column.min(sides[0].min(sides[1]) + space.spacing as f32);
