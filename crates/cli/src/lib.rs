@@ -1,5 +1,5 @@
 //! The command line of meniscus: argument parsing and printing, nothing else. A team's own program is one call,
-//! `meniscus_cli::run(Registry::builtin().with_filter(MyFilter))`.
+//! `meniscus_cli::run(Registry::builtin().with_filter(MyFilter::entry()))`.
 #![expect(clippy::print_stderr, reason = "printing is what this crate is for")]
 
 mod args;

@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use glam::DVec3;
-use meniscus_core::{Camera, Choice, Flaws, Projection};
+use meniscus_core::{Camera, Choice, Flaws, FrameSource, Projection};
 use meniscus_export::ExportError;
 use meniscus_gpu::{AdapterChoice, Gpu};
 use meniscus_io::Series;
@@ -76,7 +76,7 @@ impl Studio {
 
         let world = World::of_series(series, *series.space(), &settings)?;
         choices.extend(world.choices());
-        let (camera, camera_choice) = camera(args, &world)?;
+        let (camera, camera_choice) = camera(args, &world, series.frame_count() > 1)?;
         choices.extend(camera_choice);
         terminal.choices(&choices);
         terminal.flaws(&flaws);
@@ -85,7 +85,7 @@ impl Studio {
     }
 }
 
-fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>), Failure> {
+fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, Option<Choice>), Failure> {
     let space = world.space();
     let (mut camera, choice) = match (&args.camera, &args.view) {
         (Some(value), _) => {
@@ -123,7 +123,8 @@ fn camera(args: &PictureArgs, world: &World) -> Result<(Camera, Option<Choice>),
             let choice = Choice {
                 what: "camera".into(),
                 value: format!("\"{}/{}/{}/{fovy:.1}\"", comma(eye), comma(target), comma(up)),
-                reason: "fits first, middle and last frame".into(),
+                reason: if several { "fits first, middle and last frame" } else { "fits the particles" }
+                    .into(),
                 flag: "--camera or --view".into(),
             };
             (camera, Some(choice))

@@ -48,9 +48,11 @@ pub fn run(
     let mut report = RenderReport::new(&studio, &series);
     let bar = terminal.progress(frames.len() as u64, "frames");
     let mut failures: Vec<String> = Vec::new();
+    let mut interrupted = false;
     for &index in &frames {
         if cancel.is_cancelled() {
-            return Err(Failure::Interrupted);
+            interrupted = true;
+            break;
         }
         match prefetcher.take(index) {
             Ok(frame) => {
@@ -81,6 +83,9 @@ pub fn run(
     bar.finish_and_clear();
     if let Some(path) = &args.report {
         report::write(path, &report)?;
+    }
+    if interrupted {
+        return Err(Failure::Interrupted);
     }
     match failures.first() {
         Some(first) => {

@@ -55,7 +55,7 @@ pub enum GpuError {
         message: String,
     },
     /// A resource is larger than the device allows or than its memory holds.
-    #[error("{what} needs {bytes} bytes, the device allows {limit}; use a smaller --size or --lod")]
+    #[error("{what} needs {bytes} bytes, the device allows {limit}; use a smaller --size")]
     TooLarge {
         /// Role of the resource.
         what: String,
