@@ -38,6 +38,8 @@ struct Fluid {
 
 // Steps of the march along the refracted ray.
 const MARCH_STEPS: i32 = 4;
+// Halvings of a step in which the ray passes from in front of the scene to behind it.
+const BISECTIONS: i32 = 4;
 // Most that a refracted path may exceed the thickness along the view ray.
 const MIN_PATH_COSINE: f32 = 0.3;
 
@@ -82,37 +84,58 @@ fn smooth_clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -
     return select(clamp(scene + position_view.z, -limit, limit), limit, any(d < vec4(water_distance)));
 }
 
-// Length of the refracted path inside the water: to the opaque scene, at most `reach`.
-fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> f32 {
-    var near = 0.0;
-    var near_gap = reach;
-    var far = reach;
-    var far_gap = 0.0;
-    var hit = false;
-    for (var i = 1; i <= MARCH_STEPS; i++) {
-        let s = reach * f32(i) / f32(MARCH_STEPS);
-        let gap = clearance(water.position_view + s * direction, water.distance, reach);
-        if gap < 0.0 {
-            far = s;
-            far_gap = gap;
-            hit = true;
-            break;
-        }
-        near = s;
-        near_gap = gap;
-    }
-    if !hit {
-        return reach;
-    }
-    // False position, then Newton's step on the interpolated scene with the slope found so far.
-    let per_gap = (far - near) / (near_gap - far_gap);
-    let s = near + near_gap * per_gap;
-    let gap = smooth_clearance(water.position_view + s * direction, water.distance, reach);
-    return clamp(s + gap * per_gap, near, far);
+// Where the march along the refracted ray ends.
+struct March {
+    // Length of the path inside the water: to the opaque scene, at most `reach`.
+    length_world: f32,
+    // How far along the path the scene's picture shows what lies ahead, at most `length_world`: beyond, an object hides it.
+    seen_world: f32,
 }
 
-// Scene colour around `px`, bilinear over the samples that do not lie in front of the water; `fallback` if all do.
-fn background(px: vec2<f32>, water_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
+// From where the scene is behind the ray to where it is in front, it is met, or its silhouette is crossed and the ray goes on
+// behind it: bisection tells these apart, since only at a silhouette the gap stays as large as it was.
+fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
+    let step_world = reach / f32(MARCH_STEPS);
+    var seen = 0.0;
+    var seen_gap = reach;
+    var hidden = false;
+    for (var i = 1; i <= MARCH_STEPS; i++) {
+        let end = step_world * f32(i);
+        let end_gap = clearance(water.position_view + end * direction, water.distance, reach);
+        if end_gap < 0.0 && !hidden {
+            var far = end;
+            var far_gap = end_gap;
+            for (var k = 0; k < BISECTIONS; k++) {
+                let middle = 0.5 * (seen + far);
+                let gap = clearance(water.position_view + middle * direction, water.distance, reach);
+                if gap < 0.0 {
+                    far = middle;
+                    far_gap = gap;
+                } else {
+                    seen = middle;
+                    seen_gap = gap;
+                }
+            }
+            if seen_gap - far_gap <= 0.5 * step_world {
+                // False position, then Newton's step on the interpolated scene with the slope found so far.
+                let per_gap = (far - seen) / (seen_gap - far_gap);
+                let s = seen + seen_gap * per_gap;
+                let gap = smooth_clearance(water.position_view + s * direction, water.distance, reach);
+                let met = clamp(s + gap * per_gap, seen, far);
+                return March(met, met);
+            }
+        }
+        hidden = end_gap < 0.0;
+        if !hidden {
+            seen = end;
+            seen_gap = end_gap;
+        }
+    }
+    return March(reach, seen);
+}
+
+// Scene colour around `px`, bilinear over the samples no nearer than `nearest_distance`; `fallback` if all are.
+fn background(px: vec2<f32>, nearest_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
     let corner = px - 0.5;
     let base = floor(corner);
     let f = corner - base;
@@ -122,7 +145,7 @@ fn background(px: vec2<f32>, water_distance: f32, fallback: vec3<f32>) -> vec3<f
         let offset = vec2(k & 1, k >> 1u);
         let at = clamp(vec2<i32>(base) + offset, vec2(0), last);
         let weights = mix(1.0 - f, f, vec2<f32>(offset));
-        let behind = textureLoad(scene_distance, at, 0).x >= water_distance;
+        let behind = textureLoad(scene_distance, at, 0).x >= nearest_distance;
         // A weight that is never quite zero keeps the quotient below defined.
         let weight = select(0.0, weights.x * weights.y + 1e-4, behind);
         sum += weight * vec4(textureLoad(scene_color, at, 0).rgb, 1.0);
@@ -224,8 +247,10 @@ struct Path {
     length_world: f32,
     // From its end on to the floor; huge if it does not lead there.
     to_floor_world: f32,
-    // Picture point where it ends.
+    // Picture point where it ends, as far as it can be seen.
     end_px: vec2<f32>,
+    // What lies nearer there is in front of the water or of the end.
+    nearest_distance: f32,
 }
 
 fn refracted_path(water: WaterPoint, thickness: f32) -> Path {
@@ -237,10 +262,13 @@ fn refracted_path(water: WaterPoint, thickness: f32) -> Path {
     let position = (camera.world_from_view * vec4(water.position_view, 1.0)).xyz;
     let floor_reach = trace_floor(surroundings, position, to_world(direction));
     let reach = min(max(thickness, 0.0) / max(dot(direction, incident), MIN_PATH_COSINE), floor_reach);
-    let length_world = trace_path(water, direction, reach);
+    let march = trace_path(water, direction, reach);
     // What lies outside of the picture is not known: its border stands for it.
-    let end_px = project_px(camera, water.position_view + length_world * direction);
-    return Path(length_world, floor_reach - length_world, clamp(end_px, vec2(0.0), vec2<f32>(camera.size_px)));
+    let end = water.position_view + march.seen_world * direction;
+    let end_px = clamp(project_px(camera, end), vec2(0.0), vec2<f32>(camera.size_px));
+    let tolerance = select(fluid.spacing_world + 0.25 * march.seen_world, 0.0, march.seen_world < march.length_world);
+    let nearest_distance = max(water.distance, -end.z - tolerance);
+    return Path(march.length_world, floor_reach - march.length_world, end_px, nearest_distance);
 }
 
 // Share of diffuse light that a surface of water reflects back down.
@@ -332,7 +360,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let water = water_point(camera, id.xy, distance, around.normal_sum);
     let path = refracted_path(water, thickness);
     let dim = shadow(path.end_px);
-    let through = transmitted(dim * wet(path) * background(path.end_px, distance, scene.rgb), path.length_world);
+    let through = transmitted(dim * wet(path) * background(path.end_px, path.nearest_distance, scene.rgb), path.length_world);
     let color = shade(water, around, through);
     // Less than a fraction of a particle is a soft edge, not water.
     let coverage = smoothstep(0.0, max(0.5 * fluid.spacing_world, 1e-30), thickness);

@@ -14,6 +14,7 @@ use crate::WaterShadow;
 use crate::models::FluidUniform;
 
 const MARCH_STEPS: i32 = 4;
+const BISECTIONS: i32 = 4;
 const MIN_PATH_COSINE: f32 = 0.3;
 const MIN_N_V: f32 = 0.03;
 const STENCIL_SPACINGS: f32 = 0.3;
@@ -106,27 +107,49 @@ fn smooth_clearance(input: &TwinInput<'_>, position_view: Vec3, water_distance: 
     if in_front { limit } else { (scene + position_view.z).clamp(-limit, limit) }
 }
 
-fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> f32 {
-    let gap_at = |s: f32| clearance(input, water.position_view + s * direction, water.distance, reach);
-    let (mut near, mut near_gap) = (0.0, reach);
-    let mut far = None;
-    for i in 1..=MARCH_STEPS {
-        let s = reach * i as f32 / MARCH_STEPS as f32;
-        let gap = gap_at(s);
-        if gap < 0.0 {
-            far = Some((s, gap));
-            break;
-        }
-        (near, near_gap) = (s, gap);
-    }
-    let Some((far, far_gap)) = far else { return reach };
-    let per_gap = (far - near) / (near_gap - far_gap);
-    let s = near + near_gap * per_gap;
-    let gap = smooth_clearance(input, water.position_view + s * direction, water.distance, reach);
-    (s + gap * per_gap).clamp(near, far)
+/// Where the march along the refracted ray ends.
+struct March {
+    length_world: f32,
+    seen_world: f32,
 }
 
-fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32, fallback: Vec3) -> Vec3 {
+fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> March {
+    let at = |s: f32| water.position_view + s * direction;
+    let gap_at = |s: f32| clearance(input, at(s), water.distance, reach);
+    let step_world = reach / MARCH_STEPS as f32;
+    let (mut seen, mut seen_gap) = (0.0, reach);
+    let mut hidden = false;
+    for i in 1..=MARCH_STEPS {
+        let end = step_world * i as f32;
+        let end_gap = gap_at(end);
+        if end_gap < 0.0 && !hidden {
+            let (mut far, mut far_gap) = (end, end_gap);
+            for _ in 0..BISECTIONS {
+                let middle = 0.5 * (seen + far);
+                let gap = gap_at(middle);
+                if gap < 0.0 {
+                    (far, far_gap) = (middle, gap);
+                } else {
+                    (seen, seen_gap) = (middle, gap);
+                }
+            }
+            if seen_gap - far_gap <= 0.5 * step_world {
+                let per_gap = (far - seen) / (seen_gap - far_gap);
+                let s = seen + seen_gap * per_gap;
+                let gap = smooth_clearance(input, at(s), water.distance, reach);
+                let met = (s + gap * per_gap).clamp(seen, far);
+                return March { length_world: met, seen_world: met };
+            }
+        }
+        hidden = end_gap < 0.0;
+        if !hidden {
+            (seen, seen_gap) = (end, end_gap);
+        }
+    }
+    March { length_world: reach, seen_world: seen }
+}
+
+fn background(input: &TwinInput<'_>, px: Vec2, nearest_distance: f32, fallback: Vec3) -> Vec3 {
     let corner = px - 0.5;
     let base = corner.floor();
     let f = corner - base;
@@ -135,7 +158,7 @@ fn background(input: &TwinInput<'_>, px: Vec2, water_distance: f32, fallback: Ve
         let offset = IVec2::new(k & 1, k >> 1);
         let at = input.clamped(base.as_ivec2() + offset);
         let along = |axis: usize| if offset[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
-        if input.scene_distance[at] >= water_distance {
+        if input.scene_distance[at] >= nearest_distance {
             let weight = along(0) * along(1) + 1e-4;
             sum += weight * input.scene_rgb(at);
             total += weight;
@@ -218,6 +241,7 @@ struct Path {
     length_world: f32,
     to_floor_world: f32,
     end_px: Vec2,
+    nearest_distance: f32,
 }
 
 fn refracted_path(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoint, thickness: f32) -> Path {
@@ -227,12 +251,15 @@ fn refracted_path(fluid: &FluidUniform, input: &TwinInput<'_>, water: &WaterPoin
     let position = point_to_world(input.camera, water.position_view);
     let floor_reach = trace_floor(input.surroundings, position, to_world(input.camera, direction));
     let reach = (thickness.max(0.0) / direction.dot(incident).max(MIN_PATH_COSINE)).min(floor_reach);
-    let length_world = trace_path(input, water, direction, reach);
-    let end_px = project_px(input.camera, water.position_view + length_world * direction);
+    let march = trace_path(input, water, direction, reach);
+    let end = water.position_view + march.seen_world * direction;
+    let hidden = march.seen_world < march.length_world;
+    let tolerance = if hidden { 0.0 } else { fluid.spacing_world + 0.25 * march.seen_world };
     Path {
-        length_world,
-        to_floor_world: floor_reach - length_world,
-        end_px: end_px.clamp(Vec2::ZERO, input.size().as_vec2()),
+        length_world: march.length_world,
+        to_floor_world: floor_reach - march.length_world,
+        end_px: project_px(input.camera, end).clamp(Vec2::ZERO, input.size().as_vec2()),
+        nearest_distance: (-end.z - tolerance).max(water.distance),
     }
 }
 
@@ -308,7 +335,8 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     let water = water_point(input, pixel, distance, around.normal_sum);
     let path = refracted_path(fluid, input, &water, thickness);
     let dim = shadow(fluid, input, path.end_px);
-    let behind = dim * wet(fluid, input, &path) * background(input, path.end_px, distance, scene.truncate());
+    let behind = background(input, path.end_px, path.nearest_distance, scene.truncate());
+    let behind = dim * wet(fluid, input, &path) * behind;
     let through = transmitted(fluid, input, behind, path.length_world);
     let color = shade(fluid, input, &water, &around, through);
     let coverage = smoothstep(0.0, (0.5 * fluid.spacing_world).max(1e-30), thickness);

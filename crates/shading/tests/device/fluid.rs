@@ -98,6 +98,80 @@ fn a_wedge_darkens_exponentially_with_the_given_slope() {
     }
 }
 
+/// A ball in a slab with a flat surface, seen obliquely in parallel projection: a pixel shows the ball where its refracted
+/// ray meets the ball by Snell's law, once, without rings of it where the ray passes behind the ball's silhouette.
+#[test]
+fn a_ball_under_water_is_seen_once_and_where_snell_says() {
+    const SIZE: [u32; 2] = [160, 120];
+    const DEPTH: f32 = 1.0;
+    let center = Vec3::new(0.0, 0.55, 0.0);
+    let radius = 0.2;
+    let towards_eye = Vec3::new(0.0, 0.6, 0.8);
+    let camera = Camera {
+        eye: center + 10.0 * towards_eye,
+        target: center,
+        up: Vec3::Y,
+        projection: Projection::Orthographic { height_world: 1.5 },
+        near: 0.1,
+    };
+    let uniform = CameraUniform::new(&camera, SIZE);
+    let slab = Aabb { min: Vec3::new(-4.0, 0.0, -4.0), max: Vec3::new(4.0, DEPTH, 4.0) };
+    let mut water = cast(&uniform, slab, 0.02, |p| p.y - DEPTH);
+    let solid = cast(&uniform, slab, 0.002, |p| (p.distance(center) - radius).min(p.y - 0.01));
+    let is_ball = |i: usize| {
+        let [x, y] = position_px(&uniform, i);
+        (x * x + y * y).sqrt() < radius
+    };
+    let scene = white_scene();
+    for (i, thickness) in water.thickness.iter_mut().enumerate() {
+        *thickness = solid.distance[i] - water.distance[i];
+    }
+    let mut frame = Frame::plain(&camera, SIZE, &scene, water, [1.0; 4], NO_SURFACE);
+    frame.scene_distance = solid.distance;
+    for i in 0..frame.scene_color.len() {
+        if is_ball(i) {
+            frame.scene_color[i] = [0.0, 0.0, 0.0, 1.0];
+        }
+    }
+    let clear = FluidParameters { attenuation_color: [0.0; 3], turbidity: 0.0, ..Default::default() };
+    let image = frame.render(&gpu(), &Fluid::new(clear).unwrap());
+    let bent = {
+        let eta = 1.0 / 1.333f32;
+        let sine = eta * towards_eye.z;
+        Vec3::new(0.0, -(1.0 - sine * sine).sqrt(), -sine)
+    };
+    let world_from_view = glam::Mat4::from_cols_array_2d(&uniform.world_from_view);
+    let (mut wrong, mut seen, mut broken_rows) = (0, 0, 0);
+    for row in 0..SIZE[1] as usize {
+        let dark = |i: usize| image[i][0] < 0.5;
+        let pixels = row * SIZE[0] as usize..(row + 1) * SIZE[0] as usize;
+        let changes = pixels.clone().skip(1).filter(|&i| dark(i) != dark(i - 1)).count();
+        broken_rows += usize::from(changes > 2);
+        for i in pixels {
+            let [x, y] = position_px(&uniform, i);
+            let enters = world_from_view.transform_point3(Vec3::new(x, y, -frame.water.distance[i]));
+            let along = (center - enters).dot(bent);
+            let meets = (enters + along * bent).distance(center) < radius;
+            seen += usize::from(meets);
+            wrong += usize::from(meets != dark(i));
+        }
+    }
+    assert!(seen > 500, "{seen}");
+    // One row: at the upper limb, steep for the camera, surface and silhouette are alike.
+    assert!(broken_rows <= 1, "{broken_rows} rows change more than twice");
+    // 25 %: a ray that meets the side turned away from the camera, or that would go on past the ball from where the straight
+    // view ray ends, cannot be told from one view.
+    assert!(wrong * 100 <= seen * 25, "{wrong} of {seen}");
+}
+
+/// View-space x and y of the middle of a pixel, parallel projection.
+fn position_px(camera: &CameraUniform, pixel: usize) -> [f32; 2] {
+    let [width, height] = camera.size_px.map(|n| n as usize);
+    let [half_width, half_height] = camera.half_extent;
+    let middle = |at: usize, of: usize| 2.0 * (at as f32 + 0.5) / of as f32 - 1.0;
+    [half_width * middle(pixel % width, width), -half_height * middle(pixel / width, height)]
+}
+
 /// The GPU follows the twin for both projections, over a drawn scene with floor and sky, at the borders too.
 #[test]
 fn the_pass_follows_its_twin() {
