@@ -83,7 +83,11 @@ impl World {
         let description = settings.scene.apply(description);
         let scene = description.resolve(bounds, space.origin, space.up, spacing, &file)?;
         // Nothing but thin films: their own thickness is the scale.
-        let scale = WaterScale { depth_world: depth.max(spacing), spacing_world: spacing };
+        let scale = WaterScale {
+            depth_world: depth.max(spacing),
+            spacing_world: spacing,
+            metres_per_world: space.metres_per_unit as f32,
+        };
         Ok(Self { space, bounds, outline, scene, scale })
     }
 

@@ -14,6 +14,8 @@ pub struct WaterScale {
     pub depth_world: f32,
     /// Physical spacing of the particles, world units.
     pub spacing_world: f32,
+    /// Metres per world unit; 1 unless the user says otherwise, since files do not state it.
+    pub metres_per_world: f32,
 }
 
 /// What a lighting model reads. All images but `sun_path` have the camera's size.

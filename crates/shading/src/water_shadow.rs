@@ -121,7 +121,7 @@ mod tests {
     fn a_scale_without_meaning_throws_no_shadow() {
         let camera = CameraUniform::zeroed();
         for depth_world in [0.0, -3.0, f32::NAN, f32::INFINITY] {
-            let scale = WaterScale { depth_world, spacing_world: 1.0 };
+            let scale = WaterScale { depth_world, spacing_world: 1.0, metres_per_world: 1.0 };
             let uniform = WaterShadowUniform::new(&camera, &Surroundings::zeroed(), scale);
             assert_eq!(uniform.reach_world, 0.0);
         }

@@ -4,7 +4,7 @@ use meniscus_gpu::{
     ComputePipeline, ComputePipelineDescriptor, Dispatch, Gpu, HostField, HostStruct, Image, Recorder,
     Shader, host_fields, shader,
 };
-use meniscus_scene::Absorption;
+use meniscus_scene::{CLEAR_WATER_OPTICAL_DEPTH, PURE_WATER_PER_METRE};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -38,6 +38,9 @@ pub struct FluidParameters {
     pub attenuation_scale: f32,
     /// Depth over which `attenuation_color` acts, world units; left out: the representative depth of the data.
     pub attenuation_depth: Option<f32>,
+    /// Absorb as pure water does per metre (Pope & Fry 1997), times `attenuation_scale`, instead of `attenuation_color` over
+    /// its depth. Needs `--unit` where the file is not in metres; less than some metres of it are nearly colourless.
+    pub pure_water: bool,
     /// Optical depth of scattering over the same depth, 0 to 1000: 0 = clear, 1 = turbid.
     #[schemars(range(min = 0.0, max = 1000.0))]
     pub turbidity: f32,
@@ -59,9 +62,10 @@ impl Default for FluidParameters {
             refractive_index: 1.333,
             refraction_scale: 1.0,
             additional_reflection: 0.0,
-            attenuation_color: Absorption::OPTICAL_DEPTH,
+            attenuation_color: CLEAR_WATER_OPTICAL_DEPTH,
             attenuation_scale: 1.0,
             attenuation_depth: None,
+            pure_water: false,
             turbidity: 0.06,
             roughness: 0.15,
             shadow: 0.3,
@@ -120,10 +124,17 @@ impl FluidUniform {
         let depth = parameters.attenuation_depth.unwrap_or(scale.depth_world);
         let usable = depth.is_normal() && depth > 0.0;
         let per_world = if usable { depth.recip() } else { 0.0 };
+        let metres = scale.metres_per_world;
+        let known = metres.is_normal() && metres > 0.0;
+        // At most 1e30: the products below stay finite.
+        let metres = if known { metres.min(1e30) } else { 0.0 };
+        let absorption = if parameters.pure_water {
+            PURE_WATER_PER_METRE.map(|per_metre| per_metre * metres)
+        } else {
+            parameters.attenuation_color.map(|tau| tau * per_world)
+        };
         Self {
-            absorption: parameters
-                .attenuation_color
-                .map(|tau| tau * parameters.attenuation_scale * per_world),
+            absorption: absorption.map(|sigma| sigma * parameters.attenuation_scale),
             scattering: parameters.turbidity * per_world,
             refractive_index: parameters.refractive_index,
             refraction_scale: parameters.refraction_scale,
@@ -261,7 +272,7 @@ mod tests {
         assert_eq!(model.parameters.refractive_index, 1.5);
         assert_eq!(model.parameters.attenuation_scale, 2.0);
         let defaults = Fluid::default().parameters();
-        for (name, value) in &defaults {
+        for (name, value) in defaults.iter().filter(|(_, value)| !value.is_boolean()) {
             for bad in [-1.0, 1e31] {
                 let mut parameters = defaults.clone();
                 parameters[name] = if value.is_array() { serde_json::json!([bad, 0, 0]) } else { bad.into() };
@@ -273,8 +284,10 @@ mod tests {
 
     #[test]
     fn a_scale_without_meaning_gives_clear_water() {
-        for depth in [0.0, -3.0, f32::NAN, f32::INFINITY] {
-            let scale = WaterScale { depth_world: depth, spacing_world: f32::NAN };
+        for absurd in [0.0, -3.0, f32::NAN, f32::INFINITY] {
+            let scale = WaterScale { depth_world: absurd, spacing_world: f32::NAN, metres_per_world: absurd };
+            let pure = FluidParameters { pure_water: true, ..Default::default() };
+            assert_eq!(FluidUniform::new(&pure, scale).absorption, [0.0; 3]);
             let uniform = FluidUniform::new(&FluidParameters::default(), scale);
             assert_eq!((uniform.absorption, uniform.scattering, uniform.spacing_world), ([0.0; 3], 0.0, 0.0));
             assert_eq!(uniform.shadow_extinction, 0.0);

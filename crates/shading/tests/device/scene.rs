@@ -27,7 +27,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let inputs = LightingInputs {
         camera,
         surroundings: &Surroundings::new(scene),
-        scale: WaterScale { depth_world: 1.0, spacing_world: 0.1 },
+        scale: WaterScale { depth_world: 1.0, spacing_world: 0.1, metres_per_world: 1.0 },
         distance: &water,
         thickness: &thickness,
         normal: &normal,

@@ -116,7 +116,7 @@ impl Frame {
         Self {
             camera: CameraUniform::new(camera, size),
             surroundings: Surroundings::new(scene),
-            scale: WaterScale { depth_world: 1.0, spacing_world: 0.05 },
+            scale: WaterScale { depth_world: 1.0, spacing_world: 0.05, metres_per_world: 1.0 },
             water,
             scene_color: vec![color; pixels],
             scene_distance: vec![distance; pixels],
