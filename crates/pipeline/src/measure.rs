@@ -27,7 +27,8 @@ pub fn robust_bounds(positions: &[[f32; 3]]) -> Aabb {
     let quantiles = |axis: usize| {
         let mut values: Vec<f32> = positions.iter().step_by(stride).map(|p| p[axis]).collect();
         let last = values.len() - 1;
-        let tail = (last as f64 * STRAYS).round() as usize;
+        // A single one counts in small data too, where it would be more than that share.
+        let tail = ((last as f64 * STRAYS).round() as usize).max(usize::from(last >= 100));
         let (_, &mut low, _) = values.select_nth_unstable_by(tail, f32::total_cmp);
         let (_, &mut high, _) = values.select_nth_unstable_by(last - tail, f32::total_cmp);
         (low, high)
@@ -121,6 +122,13 @@ mod tests {
         let bounds = robust_bounds(&points);
         // The bulk is 1.9 wide; as much is allowed on each side.
         assert!(bounds.extent().max_element() < 1.9 * 3.01, "{bounds:?}");
+    }
+
+    #[test]
+    fn one_stray_among_a_few_hundred_is_one() {
+        let mut points = lattice([8, 8, 8], 1.0);
+        points.push([1e12, 0.5, 0.5]);
+        assert!(robust_bounds(&points).extent().max_element() < 25.0);
     }
 
     #[test]

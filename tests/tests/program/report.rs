@@ -55,11 +55,18 @@ fn passes_that_do_not_run_are_absent() {
 }
 
 #[test]
-fn an_empty_selection_is_a_flaw_of_the_picture() {
+fn an_empty_picture_says_why() {
     let program = program_with_dam(500, 1);
-    program.run("render dam -o a.png --frame 0 --size 32x18 --where 'id < 0' --report r.json").ok();
-    let report = read_json(&program.path("r.json"));
-    assert_eq!(report["frames"][0]["flaws"][0]["kind"], "nothing_visible", "{report}");
+    for (flags, reason) in [("--camera 0.6,0.5,3/0.6,0.5,5/0,1,0/40", "--camera"), ("--lod 0", "--lod")] {
+        program.run(&format!("render dam -o a.png --frame 0 --size 32x18 {flags} --report r.json")).ok();
+        let report = read_json(&program.path("r.json"));
+        let flaws = report["frames"][0]["flaws"].as_array().expect("flaws");
+        let flaw = flaws
+            .iter()
+            .find(|f| f["kind"] == "nothing_visible")
+            .unwrap_or_else(|| panic!("{flags}: {report}"));
+        assert!(flaw["reason"].as_str().expect("words").contains(reason), "{flags}: {flaw}");
+    }
 }
 
 #[test]
