@@ -33,7 +33,7 @@ struct Studio {
     radiance: Image<Radiance>,
 }
 
-const SCALE: WaterScale = WaterScale { depth_world: 0.3, spacing_world: 0.01 };
+const SCALE: WaterScale = WaterScale { depth_world: 0.3, spacing_world: 0.01, metres_per_world: 1.0 };
 
 impl Studio {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Self {

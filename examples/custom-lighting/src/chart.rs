@@ -167,7 +167,7 @@ mod tests {
     #[test]
     fn a_scale_without_meaning_still_gives_a_chart() {
         for depth_world in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-            let scale = WaterScale { depth_world, spacing_world: 1.0 };
+            let scale = WaterScale { depth_world, spacing_world: 1.0, metres_per_world: 1.0 };
             assert_eq!(ChartUniform::new(&ChartParams::default(), scale).depth_world, 1.0);
         }
     }

@@ -35,7 +35,7 @@ impl Water {
             normal: vec![0; PIXELS],
             thickness,
             scene_distance: 1e3,
-            scale: WaterScale { depth_world: 0.5, spacing_world: 0.01 },
+            scale: WaterScale { depth_world: 0.5, spacing_world: 0.01, metres_per_world: 1.0 },
         }
     }
 
