@@ -75,7 +75,10 @@ impl Studio {
         gpu.flaw().cloned().into_iter().for_each(|flaw| flaws.add(flaw));
 
         let world = World::of_series(series, *series.space(), &settings)?;
-        choices.extend(world.choices());
+        // Pure water absorbs by its unit, not by the depth of the data.
+        if settings.lighting.parameters.get("pure_water") != Some(&serde_json::Value::Bool(true)) {
+            choices.extend(world.choices());
+        }
         let (camera, camera_choice) = camera(args, &world, series.frame_count() > 1)?;
         choices.extend(camera_choice);
         terminal.choices(&choices);
