@@ -10,6 +10,6 @@ pub fn data_dir() -> Option<PathBuf> {
         // Tests run the program in other folders, where a relative path means something else.
         return folder.canonicalize().ok();
     }
-    eprintln!("skipped: no test data at {}; set MENISCUS_DATA", folder.display());
+    eprintln!("SKIPPED: no test data at {}; set MENISCUS_DATA", folder.display());
     None
 }

@@ -17,7 +17,7 @@ pub fn data_dir() -> Option<PathBuf> {
     if dir.join("index.json").is_file() {
         return Some(dir);
     }
-    eprintln!("skipped: no test data at {}; set MENISCUS_DATA", dir.display());
+    eprintln!("SKIPPED: no test data at {}; set MENISCUS_DATA", dir.display());
     None
 }
 
