@@ -42,8 +42,3 @@ fn kept(packed: u32, keep: u32) -> Kept {
     let growth = min(pow(p, -1.0 / 3.0), MAX_GROWTH);
     return Kept(fade / (mean_fade * p), growth * pow(fade, 1.0 / 3.0));
 }
-
-// Radius relative to the set's.
-fn relative_radius(packed: u32) -> f32 {
-    return unpack2x16float(packed).y;
-}

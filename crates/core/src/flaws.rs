@@ -16,13 +16,6 @@ pub enum Flaw {
         /// What was found and how to fix it.
         advice: String,
     },
-    /// An option has no effect here.
-    OptionUnsupported {
-        /// The option as the user would write it.
-        option: String,
-        /// Why.
-        reason: String,
-    },
     /// A frame of the series could not be read and is missing from the output.
     FrameMissing {
         /// Index in the series.
@@ -61,7 +54,6 @@ impl fmt::Display for Flaw {
             Self::SoftwareAdapter { advice } => {
                 write!(f, "a software adapter draws although this machine has a GPU: {advice}")
             }
-            Self::OptionUnsupported { option, reason } => write!(f, "{option} has no effect: {reason}"),
             Self::FrameMissing { frame, reason } => write!(f, "frame {frame} is missing: {reason}"),
             Self::SpacingUncertain { reason } => {
                 write!(f, "the particle spacing is uncertain: {reason}; set it with --spacing")

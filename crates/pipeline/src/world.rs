@@ -122,11 +122,6 @@ impl World {
         (self.bounds.extent().length() * 1e-3).max(f32::MIN_POSITIVE)
     }
 
-    /// Centre of the data, world.
-    pub fn center(&self) -> Vec3 {
-        self.bounds.center()
-    }
-
     /// The automatic choices that were made here.
     pub fn choices(&self) -> Vec<Choice> {
         vec![Choice {
