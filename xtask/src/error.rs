@@ -37,6 +37,12 @@ pub enum Error {
     #[error("{}: {expected} pictures were to be written, {written} are there", folder.display())]
     Pictures { folder: PathBuf, expected: usize, written: usize },
 
+    #[error("{}: {source}", path.display())]
+    Toml { path: PathBuf, source: Box<toml::de::Error> },
+
+    #[error("the sabotages cannot be tried:\n  {0}")]
+    Sabotages(String),
+
     /// The report has said so already, and its last line is to stay the last.
     #[error("tests failed")]
     TestsReported,

@@ -11,6 +11,7 @@ mod drivers;
 mod error;
 mod prerequisites;
 mod process;
+mod sabotage;
 mod table;
 mod test;
 
@@ -31,6 +32,7 @@ enum Command {
     Check(check::Options),
     Test(test::Options),
     Demo(demo::Options),
+    Sabotage(sabotage::Options),
 }
 
 fn main() -> ExitCode {
@@ -38,6 +40,7 @@ fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Test(options) => test::run(&options),
         Command::Demo(options) => demo::run(&options),
+        Command::Sabotage(options) => sabotage::run(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

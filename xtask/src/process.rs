@@ -65,7 +65,8 @@ fn judge(command: &Command, status: ExitStatus) -> Result<()> {
     Err(Error::Failed { command: shown(command), status: status.to_string() })
 }
 
-fn start_error(command: &Command, source: std::io::Error) -> Error {
+/// The command could not even be started.
+pub fn start_error(command: &Command, source: std::io::Error) -> Error {
     let program = command.get_program().to_string_lossy().into_owned();
     Error::Start { command: shown(command), program, source }
 }
