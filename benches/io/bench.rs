@@ -5,7 +5,7 @@ use std::hint::black_box;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
-use bench_views::DAM_BREAK;
+use bench_views::View;
 use criterion::{Criterion, Throughput, criterion_group, criterion_main};
 use meniscus_core::{Cancel, FrameRequest, FrameSource};
 use meniscus_io::writer::{
@@ -23,7 +23,7 @@ const FORMATS: [(&str, &str, Write); 3] = [
 
 /// Writes the case in every format.
 fn write_all(folder: &Path, particles: u64) -> Vec<(&'static str, PathBuf)> {
-    let view = bench_views::View { particles, ..DAM_BREAK };
+    let view = View { particles, ..View::dam_break() };
     let frame = view.source().case_frame(view.frame, &Cancel::default()).expect("a frame of the case");
     let attribute = |name, components, values| WriteAttribute { name, components, values };
     let attributes = [

@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use bench_views::{DAM_BREAK, GpuTime, SPHERE_ENTRY, View};
+use bench_views::{GpuTime, View};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder};
@@ -60,13 +60,13 @@ fn filter(criterion: &mut Criterion) {
     let registry = FilterRegistry::builtin();
     let mut group = criterion.benchmark_group("ssfr-filter");
     group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
-    for view in bench_views::views(&[DAM_BREAK, SPHERE_ENTRY]) {
+    for view in bench_views::views([View::dam_break(), View::sphere_entry()]) {
         let mut surface = None;
         group.throughput(Throughput::Elements(u64::from(view.size[0]) * u64::from(view.size[1])));
         for entry in registry.entries() {
             let choice = FilterChoice { name: entry.name().into(), ..Default::default() };
             let filter = registry.create(time.gpu(), &choice).expect("a filter with its defaults");
-            group.bench_function(BenchmarkId::new(entry.name(), view.name), |b| {
+            group.bench_function(BenchmarkId::new(entry.name(), &view.name), |b| {
                 let surface = surface.get_or_insert_with(|| Surface::new(time.gpu(), &view));
                 b.iter_custom(|times| {
                     time.measure(times, &[], |recorder, gpu| surface.record(&*filter, recorder, gpu))

@@ -3,7 +3,7 @@
 
 use std::time::Duration;
 
-use bench_views::{DAM_BREAK, FJORD, GpuTime, SPHERE_ENTRY, View};
+use bench_views::{GpuTime, View};
 use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
 use meniscus_gpu::role::{KeptRange, KeptRanges, NO_SURFACE, PackedParticle, Particles, SceneDistance};
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture};
@@ -75,11 +75,11 @@ fn splat(criterion: &mut Criterion) {
     let mut time = GpuTime::open();
     let mut group = criterion.benchmark_group("ssfr-splat");
     group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
-    for view in bench_views::views(&[DAM_BREAK, SPHERE_ENTRY, FJORD]) {
+    for view in bench_views::views([View::dam_break(), View::sphere_entry(), View::fjord_tsunami()]) {
         let mut splats = None;
         group.throughput(Throughput::Elements(view.particles));
         for pass in ["ssfr.depth", "ssfr.thickness"] {
-            group.bench_function(BenchmarkId::new(pass, view.name), |b| {
+            group.bench_function(BenchmarkId::new(pass, &view.name), |b| {
                 let splats = splats.get_or_insert_with(|| Splats::new(time.gpu(), &view));
                 b.iter_custom(|times| {
                     time.measure(times, &[pass], |recorder, gpu| splats.record(recorder, gpu))

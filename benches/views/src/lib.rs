@@ -13,7 +13,7 @@ mod view;
 #[cfg(feature = "gpu")]
 pub use gpu_time::GpuTime;
 pub use pool::Pool;
-pub use view::{DAM_BREAK, FJORD, SPHERE_ENTRY, View};
+pub use view::View;
 
 /// Whether this is `cargo bench` and not the single run that `cargo test` makes of a bench.
 pub fn is_measured() -> bool {
@@ -23,6 +23,6 @@ pub fn is_measured() -> bool {
 }
 
 /// `views` for a measurement, small stand-ins of them otherwise.
-pub fn views(views: &[View]) -> Vec<View> {
-    views.iter().map(|view| if is_measured() { *view } else { view.tiny() }).collect()
+pub fn views<const N: usize>(views: [View; N]) -> [View; N] {
+    views.map(|view| if is_measured() { view } else { view.tiny() })
 }

@@ -1,15 +1,19 @@
 use glam::Vec3;
 use meniscus_cases::{Case, CaseOptions, CaseSource};
 use meniscus_core::{Camera, Cancel, FrameRequest, FrameSource, ParticleFrame, Projection, SeriesSpace};
+use serde::de::Error as _;
+use serde::{Deserialize, Deserializer};
 
-/// A case at a moment, seen by a camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
+/// A case at a moment, seen by a camera: one of the files beside this package.
+#[derive(Clone, Debug, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
 pub struct View {
-    /// Name in reports.
-    pub name: &'static str,
+    /// Name in reports, and of the file.
+    pub name: String,
     /// Why this view is measured.
-    pub why: &'static str,
+    pub why: String,
     /// The particles.
+    #[serde(deserialize_with = "case_by_name")]
     pub case: Case,
     /// Their number.
     pub particles: u64,
@@ -29,52 +33,41 @@ pub struct View {
     pub covered_fraction: f32,
 }
 
-/// The collapsing column of the published dam break.
-pub const DAM_BREAK: View = View {
-    name: "dam-break",
-    why: "a million particles in one body of water, the size users have; the yardstick of the speed goals",
-    case: Case::DamBreak,
-    particles: 1_131_712,
-    frame: 20,
-    size: [1280, 720],
-    eye: [4.2, -2.2, 1.9],
-    target: [1.4, 0.5, 0.15],
-    fovy_deg: 20.0,
-    radius_px: 2.52,
-    covered_fraction: 0.45,
-};
+fn case_by_name<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Case, D::Error> {
+    String::deserialize(deserializer)?.parse().map_err(D::Error::custom)
+}
 
-/// The sphere's cavity at full HD.
-pub const SPHERE_ENTRY: View = View {
-    name: "sphere-entry",
-    why: "fewer, larger splats and more pixels: cost per pixel rather than per particle",
-    case: Case::SphereEntry,
-    particles: 459_472,
-    frame: 40,
-    size: [1920, 1080],
-    eye: [0.75, -0.6, 0.75],
-    target: [0.15, 0.25, 0.23],
-    fovy_deg: 26.0,
-    radius_px: 6.38,
-    covered_fraction: 0.47,
-};
-
-/// A stretch of the fjord from the air.
-pub const FJORD: View = View {
-    name: "fjord-tsunami",
-    why: "18 million particles, most of them outside of the picture or smaller than a pixel: culling and tiny splats",
-    case: Case::FjordTsunami,
-    particles: 17_988_089,
-    frame: 30,
-    size: [1280, 720],
-    eye: [0.0, -1500.0, 900.0],
-    target: [0.0, 0.0, 0.0],
-    fovy_deg: 32.0,
-    radius_px: 1.48,
-    covered_fraction: 0.41,
-};
+/// Reads a committed view; the tests read all of them.
+fn committed(text: &str) -> View {
+    toml::from_str(text).expect("a committed view")
+}
 
 impl View {
+    /// The collapsing column of the published dam break.
+    pub fn dam_break() -> Self {
+        committed(include_str!("../dam-break.toml"))
+    }
+
+    /// The sphere's cavity at full HD.
+    pub fn sphere_entry() -> Self {
+        committed(include_str!("../sphere-entry.toml"))
+    }
+
+    /// A stretch of the fjord from the air.
+    pub fn fjord_tsunami() -> Self {
+        committed(include_str!("../fjord-tsunami.toml"))
+    }
+
+    /// The front of the dam break, from a hand's breadth away.
+    pub fn close_up() -> Self {
+        committed(include_str!("../close-up.toml"))
+    }
+
+    /// Every committed view.
+    pub fn all() -> [Self; 4] {
+        [Self::dam_break(), Self::sphere_entry(), Self::fjord_tsunami(), Self::close_up()]
+    }
+
     /// The same view for a run that only has to work: few particles, a small picture.
     pub fn tiny(self) -> Self {
         let size = [self.size[0] / 8, self.size[1] / 8];
@@ -134,12 +127,26 @@ fn morton(position: [f32; 3], cell_world: f32) -> u64 {
 
 #[cfg(test)]
 mod tests {
+    use std::collections::BTreeSet;
+
     use super::*;
 
-    /// What the constants say of themselves holds, and is enough.
+    /// A file that nobody measures, or one that is measured under another name, would go unnoticed.
+    #[test]
+    fn every_file_is_a_view_of_its_name() {
+        let folder = std::fs::read_dir(env!("CARGO_MANIFEST_DIR")).unwrap();
+        let paths = folder.map(|entry| entry.unwrap().path());
+        let names = paths
+            .filter(|path| path.extension().is_some_and(|e| e == "toml") && !path.ends_with("Cargo.toml"))
+            .map(|path| path.file_stem().unwrap().to_str().unwrap().to_owned());
+        let files: BTreeSet<String> = names.collect();
+        assert_eq!(files, View::all().map(|view| view.name).into());
+    }
+
+    /// What the files say of themselves holds, and is enough.
     #[test]
     fn views_are_as_they_say() {
-        for view in [DAM_BREAK, SPHERE_ENTRY, FJORD] {
+        for view in View::all() {
             let camera = view.camera();
             camera.validate().unwrap();
             let px_per_world = camera.px_per_world(view.size, camera.eye.distance(camera.target));
@@ -147,7 +154,7 @@ mod tests {
             assert!((radius_px - view.radius_px).abs() < 0.006, "{}: radius {radius_px} px", view.name);
 
             // An eighth of the particles, twice as far apart, covers the same but for a rim.
-            let distance = View { particles: view.particles / 8, ..view }.splat();
+            let distance = View { particles: view.particles / 8, ..view.clone() }.splat();
             let covered = distance.iter().filter(|d| **d < f32::MAX).count() as f32 / distance.len() as f32;
             assert!((covered - view.covered_fraction).abs() < 0.02, "{}: covered {covered}", view.name);
             assert!(view.covered_fraction >= 0.4, "{}", view.name);
