@@ -128,6 +128,26 @@ fn alpha_is_coverage_only_on_request_and_one_pixel_is_enough() {
     }
 }
 
+/// A transparent picture is laid over another one: a staircase in alpha shows there, whatever the colours do.
+#[test]
+fn anti_aliasing_softens_the_edge_of_alpha_as_well() {
+    let gpu = gpu();
+    let pixels: Vec<[f32; 4]> = (0..64 * 64)
+        .map(|i| {
+            let coverage = if 4 * (i / 64) < i % 64 + 100 { 1.0 } else { 0.0 };
+            [0.3 * coverage, 0.3 * coverage, 0.3 * coverage, coverage]
+        })
+        .collect();
+    let levels = |anti_aliasing| {
+        let parameters = CompositorParameters { anti_aliasing, transparent: true, ..Default::default() };
+        let pixels = display(&gpu, [64, 64], &pixels, &parameters);
+        pixels.iter().map(|p| p[3] / 8).collect::<std::collections::BTreeSet<_>>().len()
+    };
+    let (hard, soft) = (levels(false), levels(true));
+    // The edge climbs one row in four columns, so that it cuts pixels in several ways.
+    assert!(hard == 2 && soft > hard + 2, "{hard} and {soft} levels of alpha");
+}
+
 #[test]
 fn the_same_picture_twice_is_the_same_bytes() {
     let gpu = gpu();

@@ -249,7 +249,14 @@ mod tests {
 
     #[test]
     fn fit_puts_every_corner_inside_and_one_on_the_margin() {
-        let bounds = Aabb { min: Vec3::new(-1.0, 0.0, -3.0), max: Vec3::new(2.0, 1.0, 4.0) };
+        let wide = Aabb { min: Vec3::new(-1.0, 0.0, -3.0), max: Vec3::new(2.0, 1.0, 4.0) };
+        let tall = Aabb { min: Vec3::new(-1.0, 0.0, -1.0), max: Vec3::new(1.0, 9.0, 1.0) };
+        check_fit(wide, 0);
+        check_fit(tall, 1);
+    }
+
+    /// `tight`: the axis of the picture, 0 across and 1 up, in which the box touches both margins.
+    fn check_fit(bounds: Aabb, tight: usize) {
         let size = [1280, 720];
         let camera = Camera::fit(&bounds.corners(), Vec3::new(-1.0, -0.5, -1.0), Vec3::Y, 0.8, size, 1.1);
         camera.validate().unwrap();
@@ -265,7 +272,6 @@ mod tests {
         let limit = 1.0 / 1.1;
         assert!(low.min_element() > -limit - 1e-4 && high.max_element() < limit + 1e-4, "{low} {high}");
         // The tighter axis touches both margins, the other is centred as far as perspective allows.
-        let tight = if high.x - low.x > high.y - low.y { 0 } else { 1 };
         assert!((low[tight] + limit).abs() < 1e-4 && (high[tight] - limit).abs() < 1e-4, "{low} {high}");
         assert!((low + high).abs().max_element() < 0.2, "{low} {high}");
     }

@@ -54,6 +54,19 @@ mod tests {
         assert_eq!(std::fs::read_dir(path.parent().unwrap()).unwrap().count(), 1);
     }
 
+    /// Whoever reads the old picture meanwhile, or is left with it after a power cut, has all of it: the new one takes over
+    /// its name, not its bytes. A second name for the old file shows which of the two happened.
+    #[test]
+    fn an_older_picture_is_replaced_not_overwritten() {
+        let folder = tempfile::tempdir().unwrap();
+        let [path, second_name] = ["out.png", "old.png"].map(|name| folder.path().join(name));
+        write_png(&path, [1, 1], &[0xff00_0001], false).unwrap();
+        std::fs::hard_link(&path, &second_name).unwrap();
+        write_png(&path, [2, 1], &[0xff00_0002; 2], false).unwrap();
+        let width = |path: &Path| image::open(path).unwrap().width();
+        assert_eq!((width(&path), width(&second_name)), (2, 1));
+    }
+
     #[test]
     fn an_unwritable_place_is_an_error_that_names_it() {
         let folder = tempfile::tempdir().unwrap();

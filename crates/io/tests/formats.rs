@@ -241,3 +241,21 @@ fn series_of_every_spelling() {
     put(folder.path(), "water.pvd", text);
     assert_eq!(names("water.pvd"), expected[..3]);
 }
+
+/// An offset is a claim like any other: one that only fits modulo the data's length, or overflows, is refused by name.
+#[test]
+fn offsets_behind_the_data_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let text = String::from_utf8(Xml::plain(Format::AppendedBase64).bytes()).expect("text");
+    let data = text.rsplit_once('_').expect("appended data").1.split_once('<').expect("its end").0.trim_end();
+    let points =
+        text.split_once("Name='Points'").expect("points").1.split_once("offset='").expect("its offset");
+    let own: usize = points.1.split_once('\'').expect("a number").0.parse().expect("a number");
+    for offset in [own + data.len(), 99_999_999, usize::MAX] {
+        let (before, after) = text.split_once("Name='Points'").expect("points");
+        let after = after.replacen(&format!("offset='{own}'"), &format!("offset='{offset}'"), 1);
+        let file = put(folder.path(), "offset.vtu", format!("{before}Name='Points'{after}"));
+        let error = open(&file).expect_err("nothing is there").to_string();
+        assert!(error.contains("Points") && error.contains(&format!("offset {offset} is beyond")), "{error}");
+    }
+}

@@ -134,6 +134,36 @@ fn normals_of_a_plane_and_of_a_sphere() {
     }
 }
 
+/// Beside the outline of what lies in front, the difference towards it says nothing about the surface behind
+/// (`algorithms.md` 7): the mean of both sides would stand it on edge.
+#[test]
+fn normals_beside_an_edge_are_those_of_their_own_surface() {
+    let gpu = gpu();
+    let centers = [Vec3::new(0.0, 0.0, -12.0), Vec3::new(3.0, 0.5, -6.0)];
+    for camera in [perspective(0.0, 1.0), parallel(0.0, 8.0)] {
+        let scene = Scene::new(camera, [320, 240], &centers.map(|c| c.to_array()), 3.0, 1.0);
+        let frame = scene.render(&gpu, &params("none", 1, 0.0));
+        let view = scene.view();
+        let mut beside_the_edge = 0;
+        for (i, &bits) in frame.normal.iter().enumerate().filter(|(i, _)| is_fluid(frame.distance[*i])) {
+            let (origin, step) = view.ray(DVec2::new((i % 320) as f64 + 0.5, (i / 320) as f64 + 0.5));
+            let point = (origin + f64::from(frame.distance[i]) * step).as_vec3();
+            // 0.1: the spheres do not touch, so that a point on one is farther than that from the other.
+            let center = centers.into_iter().find(|c| (point.distance(*c) - 3.0).abs() < 0.1).unwrap();
+            let exact = (point - center) / 3.0;
+            if exact.dot((-step.normalize()).as_vec3()) > 0.6 {
+                let n = twin::unpack_normal(bits);
+                // One-sided differences lag by half a pixel, a hundredth of the radius.
+                assert!(n.dot(exact) > 0.9995, "pixel {i}: {n}, expected {exact}");
+                let jump =
+                    |j: usize| is_fluid(frame.distance[j]) && frame.distance[j] < frame.distance[i] - 1.0;
+                beside_the_edge += u32::from(jump(i - 1) || jump(i + 1));
+            }
+        }
+        assert!(beside_the_edge > 20, "{beside_the_edge} pixels");
+    }
+}
+
 #[test]
 fn a_splat_before_the_near_distance_is_not_drawn_and_nothing_is_nan() {
     let gpu = gpu();
