@@ -1,5 +1,6 @@
 //! The passes on a real device: a missing adapter is a failure, not a skip.
 
+mod brdf;
 mod fluid;
 mod scene;
 mod support;
