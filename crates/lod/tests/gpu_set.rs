@@ -21,13 +21,14 @@ fn gpu() -> Gpu {
 fn pages_and_ranges_arrive_and_buffers_are_reused() {
     let gpu = gpu();
     let options = ChunkOptions::new(10_000, 1.0);
-    let [large, small] = [[40, 30, 30], [20, 20, 10]].map(|side| chunks::build(&pool(side, 9), &options));
+    let [large, small, like_small] =
+        [[40, 30, 30], [20, 20, 10], [10, 20, 20]].map(|side| chunks::build(&pool(side, 9), &options));
     let camera = cameras(Vec3::new(-30.0, -20.0, 40.0), Vec3::new(20.0, 15.0, 10.0))[0];
     let mut on_gpu = GpuSet::default();
     assert_eq!(on_gpu.pages().len(), 0);
     let mut bytes = None;
     for threshold in [1.0, 0.3, 0.7] {
-        for set in [&large, &small] {
+        for set in [&large, &small, &like_small] {
             on_gpu.upload(&gpu, set).unwrap();
             assert_eq!(on_gpu.pages().len(), set.pages().len());
             assert!(on_gpu.pages().all(|(_, ranges)| ranges.is_empty()), "ranges of the set before");

@@ -128,6 +128,27 @@ mod tests {
     }
 
     #[test]
+    fn named_views_look_where_their_names_say() {
+        let corners = Aabb { min: Vec3::splat(-1.0), max: Vec3::ONE }.corners();
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let frame = UpFrame::new(up);
+            for (name, direction) in [
+                ("front", frame.north),
+                ("back", -frame.north),
+                // From the left one looks to the right.
+                ("left", frame.east),
+                ("right", -frame.east),
+                ("top", -frame.up),
+                ("iso", (frame.north - frame.east - frame.up).normalize()),
+            ] {
+                let camera = name.parse::<NamedView>().unwrap().camera(&corners, up, SIZE);
+                // Level views look down by 7 degrees, whose cosine is 0.993.
+                assert!(camera.forward().dot(direction) > 0.99, "{name}, {up:?} up: {}", camera.forward());
+            }
+        }
+    }
+
+    #[test]
     fn a_sheet_is_looked_at_face_to_face() {
         let sheet = Aabb { min: Vec3::ZERO, max: Vec3::new(4.0, 2.0, 0.0) };
         assert!(automatic_camera(&sheet.corners(), UpAxis::Y, SIZE).forward().z.abs() > 0.99);

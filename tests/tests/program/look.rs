@@ -64,6 +64,27 @@ fn the_sky_is_above_and_the_floor_below() {
     assert!(pattern(0) <= 10 && pattern(height - 1) >= 20, "{} {}", pattern(0), pattern(height - 1));
 }
 
+/// Single spheres show as such: where the smoothed surface of the same particles is even, they are bumpy.
+#[test]
+fn spheres_stay_spheres() {
+    let program = program_with_dam(3000, 1);
+    let roughness = |look: &str| {
+        let alone =
+            "--param post.transparent=true --param post.anti_aliasing=false --param scene.floor=false";
+        let set = format!("--set 'grains=x > -1000:{look}'");
+        program.run(&format!("render dam/dam_break.pvd --view top {SIZE} -o p.png {set} {alone}")).ok();
+        let picture = Pixels::read(&program.path("p.png"));
+        // Between neighbours that both show particles, as a share of their brightness: the materials differ.
+        let pairs = || picture.rgba.windows(2).filter(|pair| pair.iter().all(|p| p[3] == 255));
+        let sum = |of: fn(u8, u8) -> u8| pairs().map(|p| f64::from(of(p[0][1], p[1][1]))).sum::<f64>();
+        assert!(pairs().count() > 5000, "{}", pairs().count());
+        sum(u8::abs_diff) / sum(u8::max)
+    };
+    let [spheres, solid] = ["spheres", "solid"].map(roughness);
+    // 16 times as rough as measured; without a difference in smoothing, once.
+    assert!(spheres > 3.0 * solid, "{spheres} and {solid}");
+}
+
 /// y points up in this one.
 #[test]
 fn a_simulated_sphere_entry() {

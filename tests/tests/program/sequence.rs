@@ -37,6 +37,19 @@ fn missing_folders_are_made_and_old_pictures_replaced() {
     );
 }
 
+/// What is kept from one frame to the next (buffers, selections, images) never shows.
+#[test]
+fn a_frame_of_a_sequence_is_the_frame_drawn_alone() {
+    let program = program_with_dam(3000, 4);
+    program.run("render dam/dam_break.pvd --size 64x36 -o s_%d.png").ok();
+    let bytes = |name: String| std::fs::read(program.path(&name)).expect("a picture");
+    for frame in 0..4 {
+        program.run(&format!("render dam/dam_break.pvd --size 64x36 -o alone.png --frame {frame}")).ok();
+        assert!(bytes(format!("s_{frame}.png")) == bytes("alone.png".into()), "frame {frame}");
+    }
+    assert!(bytes("s_0.png".into()) != bytes("s_3.png".into()), "the water moves");
+}
+
 /// Everything that a series can be given as gives the same pictures.
 #[test]
 fn a_series_is_a_series_by_any_name() {
