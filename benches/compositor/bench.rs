@@ -1,13 +1,14 @@
 //! Tone mapping and anti-aliasing of an analytic pool with highlights: its rim and its glints give the edges that
 //! anti-aliasing works on.
 
-use std::time::Duration;
-
-use bench_views::{GpuTime, Pool};
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use bench_views::{GpuTime, Pool, Stage};
+use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus_compositor::{Compositor, CompositorParameters};
 use meniscus_gpu::role::{DisplayImage, Radiance};
 use meniscus_gpu::{Gpu, Image};
+
+/// The default of `render`, and what films are made in.
+const SIZES: [(&str, [u32; 2]); 2] = [("pool-720p", [1280, 720]), ("pool-1080p", [1920, 1080])];
 
 /// Dark water that brightens with its tilt, ten times over white in the glints, on a grey floor.
 fn radiance(gpu: &Gpu, size: [u32; 2]) -> Image<Radiance> {
@@ -26,27 +27,36 @@ fn radiance(gpu: &Gpu, size: [u32; 2]) -> Image<Radiance> {
     Image::from_pixels(gpu, size, &pixels).expect("an image of the picture's size")
 }
 
+/// Passes, and the bytes per pixel that they cannot do without: radiance is read as four floats, the display image read and
+/// written as one word.
+const PASSES: [(&str, u64); 2] = [("compositor.tone_map", 16 + 4), ("compositor.fxaa", 4 + 4)];
+
 fn compositor(criterion: &mut Criterion) {
-    let mut time = GpuTime::open();
-    let size = if bench_views::is_measured() { [1280, 720] } else { [160, 90] };
-    let radiance = radiance(time.gpu(), size);
-    let display = Image::<DisplayImage>::new(time.gpu(), size).expect("an image of the picture's size");
-    let mut compositor = Compositor::new(time.gpu()).expect("the passes");
-    compositor.resize(time.gpu(), size).expect("room for the picture");
+    let time = GpuTime::open();
+    let mut stage = Stage::new(criterion, "compositor");
     let parameters = CompositorParameters::default();
-    let mut group = criterion.benchmark_group("compositor");
-    group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
-    group.throughput(Throughput::Elements(u64::from(size[0]) * u64::from(size[1])));
-    for pass in ["compositor.tone_map", "compositor.fxaa"] {
-        group.bench_function(pass, |b| {
-            b.iter_custom(|times| {
-                time.measure(times, &[pass], |recorder, gpu| {
-                    compositor.record(gpu, recorder, &parameters, &radiance, &display);
-                })
-            });
-        });
+    for (name, size) in SIZES {
+        let size = if bench_views::is_measured() { size } else { [160, 90] };
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        for (pass, bytes) in PASSES {
+            stage.gpu(
+                &time,
+                ([pass, name], &[pass]),
+                pixels,
+                || {
+                    let display =
+                        Image::<DisplayImage>::new(time.gpu(), size).expect("an image of that size");
+                    let mut compositor = Compositor::new(time.gpu()).expect("the passes");
+                    compositor.resize(time.gpu(), size).expect("room for the picture");
+                    (compositor, radiance(time.gpu(), size), display)
+                },
+                |_| Some(pixels * bytes),
+                |(compositor, radiance, display), recorder, gpu| {
+                    compositor.record(gpu, recorder, &parameters, radiance, display);
+                },
+            );
+        }
     }
-    group.finish();
 }
 
 criterion_group!(benches, compositor);

@@ -1,12 +1,11 @@
 //! Cutting a frame into chunks, once per frame on a reader thread, and selecting from them, once per camera on the drawing
-//! thread, at full detail and at three tenths.
+//! thread, at full detail and at three tenths. `dam-break` has all chunks in the picture, of `fjord-tsunami` most are culled.
 
 use std::cell::OnceCell;
-use std::hint::black_box;
-use std::time::Duration;
 
-use bench_views::View;
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use bench_views::{Stage, View};
+use criterion::{Criterion, criterion_group, criterion_main};
+use meniscus_gpu::role::PackedParticle;
 use meniscus_lod::{ChunkOptions, ChunkedSet, LodParams, chunks, select};
 
 /// Particles per page: what software Vulkan binds at once.
@@ -17,28 +16,32 @@ fn build(view: &View, frame: &meniscus_core::ParticleFrame) -> ChunkedSet {
 }
 
 fn lod(criterion: &mut Criterion) {
-    let mut group = criterion.benchmark_group("lod");
-    group.sample_size(10).measurement_time(Duration::from_secs(3));
+    let mut stage = Stage::new(criterion, "lod");
     for view in bench_views::views([View::dam_break(), View::fjord_tsunami()]) {
-        // Made when a bench that is not filtered out asks for them.
         let (frame, set) = (OnceCell::new(), OnceCell::new());
         let frame = || frame.get_or_init(|| view.read());
-        group.throughput(Throughput::Elements(view.particles));
-        group.bench_function(BenchmarkId::new("build", &view.name), |b| {
-            b.iter(|| black_box(build(&view, frame())));
-        });
+        // Positions are read, packed particles and their order written.
+        let moved = (size_of::<[f32; 3]>() + size_of::<PackedParticle>() + size_of::<u32>()) as u64;
+        stage.cpu(
+            ["build", &view.name],
+            view.particles,
+            frame,
+            |_| Some(view.particles * moved),
+            |frame| build(&view, frame),
+        );
         for threshold in [1.0, 0.3] {
             let params = LodParams { threshold, ..Default::default() };
-            group.bench_function(BenchmarkId::new(format!("select-{threshold}"), &view.name), |b| {
-                let set = set.get_or_init(|| build(&view, frame()));
-                let (camera, radius) = (view.camera(), view.space().radius as f32);
-                b.iter(|| {
-                    black_box(select(set, &camera, view.size, radius, &params).expect("valid options"))
-                });
-            });
+            let (camera, radius) = (view.camera(), view.space().radius as f32);
+            stage.cpu(
+                [&format!("select-{threshold}"), &view.name],
+                view.particles,
+                || set.get_or_init(|| build(&view, frame())),
+                // Every chunk is read; what is written depends on what is kept.
+                |set| Some(size_of_val(set.chunks.as_slice()) as u64),
+                |set| select(set, &camera, view.size, radius, &params).expect("valid options"),
+            );
         }
     }
-    group.finish();
 }
 
 criterion_group!(benches, lod);

@@ -1,10 +1,10 @@
 //! The opaque scene, the water's shadow and every lighting model, over an analytic pool that fills most of the picture: the
 //! same water whatever becomes of the surface stage.
 
-use std::time::Duration;
+use std::cell::OnceCell;
 
-use bench_views::{GpuTime, Pool};
-use criterion::{Criterion, Throughput, criterion_group, criterion_main};
+use bench_views::{GpuTime, Pool, Stage};
+use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use meniscus_core::{Aabb, UpAxis};
 use meniscus_gpu::role::{
@@ -58,6 +58,16 @@ impl Studio {
         }
     }
 
+    /// With the scene drawn and its shadow cast, so that every bench finds them also where a filter leaves those out.
+    fn with_scene(time: &GpuTime, size: [u32; 2]) -> Self {
+        let studio = Self::new(time.gpu(), size);
+        time.measure(1, &[], |recorder, gpu| {
+            studio.record_scene(recorder, gpu);
+            studio.record_shadow(recorder, gpu);
+        });
+        studio
+    }
+
     fn record_scene(&self, recorder: &mut Recorder, gpu: &Gpu) {
         self.scene.record(
             gpu,
@@ -100,36 +110,58 @@ impl Studio {
     }
 }
 
+/// Bytes per pixel that a pass cannot do without.
+mod bytes_per_pixel {
+    /// Colour (4 halves), distance and depth are written.
+    pub const SCENE: u64 = 8 + 4 + 4;
+    /// Distance and thickness of the water and distance of the scene are read; the result is a few percent of that.
+    pub const SHADOW: u64 = 4 + 4 + 4;
+    /// Distance, thickness, normal, and colour and distance of the scene are read; radiance (4 floats) is written.
+    pub const WATER: u64 = 4 + 4 + 4 + 8 + 4 + 16;
+}
+
+/// The default of `render`, and what films are made in.
+const SIZES: [(&str, [u32; 2]); 2] = [("pool-720p", [1280, 720]), ("pool-1080p", [1920, 1080])];
+
 fn shading(criterion: &mut Criterion) {
-    let mut time = GpuTime::open();
-    let size = if bench_views::is_measured() { [1280, 720] } else { [160, 90] };
-    let studio = Studio::new(time.gpu(), size);
-    // Every bench finds the scene drawn and its shadow cast, also where a filter leaves those benches out.
-    time.measure(1, &[], |recorder, gpu| {
-        studio.record_scene(recorder, gpu);
-        studio.record_shadow(recorder, gpu);
-    });
-    let mut group = criterion.benchmark_group("shading");
-    group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
-    group.throughput(Throughput::Elements(u64::from(size[0]) * u64::from(size[1])));
-    group.bench_function("scene", |b| {
-        b.iter_custom(|times| time.measure(times, &[], |recorder, gpu| studio.record_scene(recorder, gpu)));
-    });
-    group.bench_function("water-shadow", |b| {
-        b.iter_custom(|times| time.measure(times, &[], |recorder, gpu| studio.record_shadow(recorder, gpu)));
-    });
-    let registry = LightingRegistry::builtin();
-    for name in registry.names() {
-        let choice = LightingChoice { name: name.to_owned(), ..Default::default() };
-        let model =
-            registry.make(&choice).and_then(|model| model.compile(time.gpu())).expect("a built-in model");
-        group.bench_function(name, |b| {
-            b.iter_custom(|times| {
-                time.measure(times, &[], |recorder, gpu| studio.record_water(&*model, recorder, gpu))
-            });
-        });
+    let time = GpuTime::open();
+    let mut stage = Stage::new(criterion, "shading");
+    for (view, size) in SIZES {
+        let size = if bench_views::is_measured() { size } else { [160, 90] };
+        let pixels = u64::from(size[0]) * u64::from(size[1]);
+        let studio = OnceCell::new();
+        let studio = || studio.get_or_init(|| Studio::with_scene(&time, size));
+        stage.gpu(
+            &time,
+            (["scene", view], &[]),
+            pixels,
+            studio,
+            |_| Some(pixels * bytes_per_pixel::SCENE),
+            |studio, recorder, gpu| studio.record_scene(recorder, gpu),
+        );
+        stage.gpu(
+            &time,
+            (["water-shadow", view], &[]),
+            pixels,
+            studio,
+            |_| Some(pixels * bytes_per_pixel::SHADOW),
+            |studio, recorder, gpu| studio.record_shadow(recorder, gpu),
+        );
+        let registry = LightingRegistry::builtin();
+        for name in registry.names() {
+            let choice = LightingChoice { name: name.to_owned(), ..Default::default() };
+            let model =
+                registry.make(&choice).and_then(|model| model.compile(time.gpu())).expect("a built-in model");
+            stage.gpu(
+                &time,
+                ([name, view], &[]),
+                pixels,
+                studio,
+                |_| Some(pixels * bytes_per_pixel::WATER),
+                |studio, recorder, gpu| studio.record_water(&*model, recorder, gpu),
+            );
+        }
     }
-    group.finish();
 }
 
 criterion_group!(benches, shading);

@@ -1,10 +1,11 @@
 //! Splats: nearest distance and thickness of every particle of a view at full detail, each pass run on its own. Level of
-//! detail hands over neighbours in short runs; the view's cells stand in for it.
+//! detail hands over neighbours in short runs; the view's cells stand in for it. Every committed view is an input, since each
+//! has splats of another size: 1.5 px (`fjord-tsunami`), 2.5 (`dam-break`), 6 (`sphere-entry`), 18 (`close-up`).
 
-use std::time::Duration;
+use std::cell::OnceCell;
 
-use bench_views::{GpuTime, View};
-use criterion::{BenchmarkId, Criterion, Throughput, criterion_group, criterion_main};
+use bench_views::{GpuTime, Stage, View};
+use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus_gpu::role::{KeptRange, KeptRanges, NO_SURFACE, PackedParticle, Particles, SceneDistance};
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture};
 use meniscus_ssfr::{FilterChoice, FilterRegistry, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
@@ -71,23 +72,28 @@ impl Splats {
     }
 }
 
+/// Bytes that the splats cannot do without: every particle is read, every covered pixel written once.
+fn bytes(view: &View) -> u64 {
+    let pixels = f64::from(view.size[0]) * f64::from(view.size[1]) * f64::from(view.covered_fraction);
+    view.particles * size_of::<PackedParticle>() as u64 + 4 * pixels as u64
+}
+
 fn splat(criterion: &mut Criterion) {
-    let mut time = GpuTime::open();
-    let mut group = criterion.benchmark_group("ssfr-splat");
-    group.sample_size(10).warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
-    for view in bench_views::views([View::dam_break(), View::sphere_entry(), View::fjord_tsunami()]) {
-        let mut splats = None;
-        group.throughput(Throughput::Elements(view.particles));
+    let time = GpuTime::open();
+    let mut stage = Stage::new(criterion, "ssfr-splat");
+    for view in bench_views::views(View::all()) {
+        let splats = OnceCell::new();
         for pass in ["ssfr.depth", "ssfr.thickness"] {
-            group.bench_function(BenchmarkId::new(pass, &view.name), |b| {
-                let splats = splats.get_or_insert_with(|| Splats::new(time.gpu(), &view));
-                b.iter_custom(|times| {
-                    time.measure(times, &[pass], |recorder, gpu| splats.record(recorder, gpu))
-                });
-            });
+            stage.gpu(
+                &time,
+                ([pass, &view.name], &[pass]),
+                view.particles,
+                || splats.get_or_init(|| Splats::new(time.gpu(), &view)),
+                |_| Some(bytes(&view)),
+                |splats, recorder, gpu| splats.record(recorder, gpu),
+            );
         }
     }
-    group.finish();
 }
 
 criterion_group!(benches, splat);

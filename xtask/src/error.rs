@@ -43,6 +43,22 @@ pub enum Error {
     #[error("the sabotages cannot be tried:\n  {0}")]
     Sabotages(String),
 
+    #[error("no bench measures a stage called '{name}'; there are: {stages}")]
+    NoSuchStage { name: String, stages: String },
+
+    #[error(
+        "no baseline '{name}' of {stages}; saved: {saved}. Save one with `cargo xtask bench --save {name}` first"
+    )]
+    NoBaseline { name: String, stages: String, saved: String },
+
+    #[error("{}, line {line}: {source}; the file is from another version, measure and save it again", path.display())]
+    Record { path: PathBuf, line: usize, source: serde_json::Error },
+
+    #[error(
+        "{package} left no record of what it measured; its benches have to go through `bench_views::Stage`"
+    )]
+    NothingMeasured { package: String },
+
     /// The report has said so already, and its last line is to stay the last.
     #[error("tests failed")]
     TestsReported,

@@ -4,15 +4,20 @@
 //! `cargo bench -p bench-<stage>` measures a stage; `cargo test --all-targets` runs every bench once on [`View::tiny`] to see
 //! that it still works.
 
+mod clock;
 #[cfg(feature = "gpu")]
 mod gpu_time;
 mod pool;
+mod record;
 mod splat;
+mod stage;
 mod view;
 
 #[cfg(feature = "gpu")]
 pub use gpu_time::GpuTime;
 pub use pool::Pool;
+pub use record::Sample;
+pub use stage::Stage;
 pub use view::View;
 
 /// Whether this is `cargo bench` and not the single run that `cargo test` makes of a bench.

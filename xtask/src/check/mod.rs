@@ -1,5 +1,6 @@
 //! `cargo xtask check`: what a reviewer should never have to say.
 
+mod benches;
 mod graph;
 mod hygiene;
 mod layers;
@@ -39,6 +40,8 @@ enum Check {
     Hygiene,
     /// The program without the viewer has no window system in its dependencies
     Windowless,
+    /// A stage's bench builds no other stage, and no window system
+    Benches,
     /// Clippy on everything, warnings are errors
     Clippy,
     /// Rustdoc on everything, warnings are errors
@@ -58,6 +61,7 @@ impl Check {
             Self::Licences => Ok(licences::offences(&graph::read(Path::new("."))?)),
             Self::Hygiene => hygiene::offences_in_repository(),
             Self::Windowless => windowless::offences_of_program(),
+            Self::Benches => benches::offences_of_benches(),
             Self::Clippy => {
                 passes(&mut cargo(["clippy", "--workspace", "--all-targets", "--", "-D", "warnings"]))
             }

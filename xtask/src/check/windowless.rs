@@ -7,7 +7,7 @@ use crate::{
 
 /// Packages that stand for a window system, or for a library that opens windows. `raw-window-handle`, a few types
 /// without code, is not one of them.
-fn is_window_system(name: &str) -> bool {
+pub fn is_window_system(name: &str) -> bool {
     const EXACT: &[&str] = &["winit", "eframe", "glutin", "glfw", "sdl2", "sdl3", "softbuffer", "xcb"];
     const PREFIXES: &[&str] = &["egui", "x11", "xkbcommon", "wayland-", "smithay-client-toolkit"];
     EXACT.contains(&name) || PREFIXES.iter().any(|prefix| name.starts_with(prefix))

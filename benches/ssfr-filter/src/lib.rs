@@ -1,0 +1,101 @@
+//! Every surface filter of a registry over the distance image of a view: what a filter costs beyond the splats.
+//!
+//! A filter of one's own is measured beside the built-in ones by a bench of three lines, as `examples/custom-filter` does:
+//!
+//! ```ignore
+//! fn main() {
+//!     bench_ssfr_filter::main("custom-filter", &registry);
+//! }
+//! ```
+//!
+//! | view | why |
+//! |---|---|
+//! | `dam-break` | the size users have, narrow kernels |
+//! | `sphere-entry` | full HD: cost per pixel |
+//! | `close-up` | the widest kernels, where taps are capped |
+
+use bench_views::{GpuTime, Stage, View};
+use criterion::Criterion;
+use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder};
+use meniscus_ssfr::{FilterChoice, FilterImages, FilterRegistry, SurfaceFilter};
+
+/// Bytes per covered pixel that no filter can do without: its index, distance and radius are read, its distance written.
+const BYTES_PER_COVERED_PIXEL: u64 = 4 * 4;
+
+/// The `main` of a bench: measures every filter of `registry` and reports as `stage`.
+pub fn main(stage: &'static str, registry: &FilterRegistry) {
+    let mut criterion = Criterion::default().configure_from_args();
+    let time = GpuTime::open();
+    let mut stage = Stage::new(&mut criterion, stage);
+    for view in bench_views::views([View::dam_break(), View::sphere_entry(), View::close_up()]) {
+        let pixels = u64::from(view.size[0]) * u64::from(view.size[1]);
+        let surface = std::cell::OnceCell::new();
+        for entry in registry.entries() {
+            let choice = FilterChoice { name: entry.name().into(), ..Default::default() };
+            let filter = registry.create(time.gpu(), &choice).expect("a filter with its defaults");
+            stage.gpu(
+                &time,
+                ([entry.name(), &view.name], &[]),
+                pixels,
+                || surface.get_or_init(|| Surface::new(time.gpu(), &view)),
+                |surface| Some(surface.covered_pixels() * BYTES_PER_COVERED_PIXEL),
+                |surface, recorder, gpu| surface.record(&*filter, recorder, gpu),
+            );
+        }
+    }
+    drop(stage);
+    criterion.final_summary();
+}
+
+/// Images of a view as the splats leave them.
+struct Surface {
+    camera: CameraUniform,
+    source: Image<EyeDistance>,
+    radius: Image<EffectiveRadius>,
+    target: Image<EyeDistance>,
+    covered: Buffer<Scratch>,
+    scratch: [Image<Scratch>; 2],
+    spacing_per_radius: f32,
+}
+
+impl Surface {
+    fn new(gpu: &Gpu, view: &View) -> Self {
+        let (size, space) = (view.size, view.space());
+        let distance = view.splat();
+        let is_fluid = |i: &u32| distance[*i as usize] < NO_SURFACE;
+        let covered: Vec<u32> =
+            (0..size[0] * size[1]).filter(is_fluid).map(|i| (i % size[0]) | ((i / size[0]) << 16)).collect();
+        let covered = [&[covered.len() as u32][..], &covered].concat();
+        let radius: Vec<f32> =
+            distance.iter().map(|&d| if d < NO_SURFACE { space.radius as f32 } else { 0.0 }).collect();
+        let scratch = || Image::new(gpu, size).expect("an image of the picture's size");
+        Self {
+            camera: CameraUniform::new(&view.camera(), size),
+            source: Image::from_pixels(gpu, size, &distance).expect("the distance image"),
+            radius: Image::from_pixels(gpu, size, &radius).expect("the radius image"),
+            target: Image::from_pixels(gpu, size, &vec![NO_SURFACE; distance.len()]).expect("the result"),
+            covered: Buffer::from_slice(gpu, &covered).expect("the list of covered pixels"),
+            scratch: [scratch(), scratch()],
+            spacing_per_radius: (space.spacing / space.radius) as f32,
+        }
+    }
+
+    /// The list starts with its length.
+    fn covered_pixels(&self) -> u64 {
+        self.covered.len() as u64 - 1
+    }
+
+    fn record(&self, filter: &dyn SurfaceFilter, recorder: &mut Recorder, gpu: &Gpu) {
+        let camera = recorder.uniform(&self.camera);
+        let images = FilterImages {
+            source: &self.source,
+            radius: &self.radius,
+            target: &self.target,
+            covered: &self.covered,
+            scratch: [&self.scratch[0], &self.scratch[1]],
+            spacing_per_radius: self.spacing_per_radius,
+        };
+        filter.record(recorder, gpu, &camera, &images);
+    }
+}
