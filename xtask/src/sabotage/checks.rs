@@ -133,8 +133,9 @@ fn wait(mut child: Child, limit: Duration) -> io::Result<Option<ExitStatus>> {
 /// What the output of `cargo test -- --show-output` means.
 fn judge(text: &str, success: bool) -> Verdict {
     // A shader is compiled when the program runs; one that does not compile is no mistake that a test had to find.
-    if let Some(line) = text.lines().find(|line| !success && SHADER_ERRORS.iter().any(|e| line.contains(e))) {
-        return Verdict::DoesNotBuild(line.trim().to_owned());
+    let shader_error = SHADER_ERRORS.iter().find_map(|error| text.find(error));
+    if let (false, Some(at)) = (success, shader_error) {
+        return Verdict::DoesNotBuild(text[at..].chars().take(100).collect());
     }
     let ended = |how: &str| -> Vec<String> {
         let of_line = |line: &str| Some(line.strip_prefix("test ")?.strip_suffix(how)?.to_owned());

@@ -86,7 +86,7 @@ pub fn run(options: &Options) -> Result<()> {
     let checks = Checks { tree: tree.root.clone(), target: folder.join("target"), variables };
     make_folder(&checks.target)?;
     let baselines = baselines(&list, &checks)?;
-    let mut rows = vec![["sabotage", "caught by", "seconds"].map(String::from)];
+    let mut rows = vec![["sabotage", "seconds", "caught by"].map(String::from)];
     let (mut caught, mut missed, mut broken) = (0, 0, 0);
     for sabotage in &list {
         println!("{}: {}", sabotage.name, sabotage.breaks);
@@ -99,9 +99,9 @@ pub fn run(options: &Options) -> Result<()> {
         }
         let seconds = format!("{:.0}", start.elapsed().as_secs_f64());
         println!("    {}", fate.in_words());
-        rows.push([sabotage.name.clone(), fate.in_words(), seconds]);
+        rows.push([sabotage.name.clone(), seconds, fate.in_words()]);
     }
-    println!("\n{}", table::layout(&rows, [false, false, true]));
+    println!("\n{}", table::layout(&rows, [false, true, false]));
     println!("{:.0} s in all", start.elapsed().as_secs_f64());
     println!("{caught} caught, {missed} not caught, {broken} broken");
     if missed + broken > 0 { Err(Error::TestsReported) } else { Ok(()) }
