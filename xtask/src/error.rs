@@ -55,9 +55,9 @@ pub enum Error {
     Record { path: PathBuf, line: usize, source: serde_json::Error },
 
     #[error(
-        "{package} left no record of what it measured; its benches have to go through `bench_views::Stage`"
+        "{package} left no record of what it measured; its benches have to go through `bench_views::Stage` as '{stage}'"
     )]
-    NothingMeasured { package: String },
+    NothingMeasured { package: String, stage: String },
 
     /// The report has said so already, and its last line is to stay the last.
     #[error("tests failed")]

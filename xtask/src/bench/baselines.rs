@@ -1,6 +1,7 @@
 //! Records of earlier runs: `target/bench/baselines/NAME/STAGE.jsonl`.
 
 use std::{
+    collections::BTreeMap,
     fs,
     path::{Path, PathBuf},
 };
@@ -40,12 +41,19 @@ impl Baselines {
         files.iter().map(|path| read(path)).collect::<Result<Vec<_>>>().map(|all| all.concat())
     }
 
-    /// Keeps the records in the file `run` as those of `stage` under `name`.
-    pub fn save(&self, name: &str, stage: &str, run: &Path) -> Result<()> {
-        let path = self.file(name, stage);
-        let file_error = |source| Error::File { path: path.clone(), source };
-        fs::create_dir_all(self.0.join(name)).map_err(file_error)?;
-        fs::copy(run, &path).map_err(file_error).map(|_| ())
+    /// Keeps the records under `name`, in place of those that it had of the same stages.
+    pub fn save(&self, name: &str, records: &[Record]) -> Result<()> {
+        let mut stages: BTreeMap<&str, String> = BTreeMap::new();
+        for record in records {
+            let line = serde_json::to_string(record).expect("numbers and text");
+            *stages.entry(&record.stage).or_default() += &(line + "\n");
+        }
+        for (stage, lines) in stages {
+            let path = self.file(name, stage);
+            let written = fs::create_dir_all(self.0.join(name)).and_then(|()| fs::write(&path, lines));
+            written.map_err(|source| Error::File { path, source })?;
+        }
+        Ok(())
     }
 }
 
@@ -66,9 +74,8 @@ pub fn name(text: &str) -> std::result::Result<String, String> {
 
 #[cfg(test)]
 mod tests {
+    use super::super::record::tests::record;
     use super::*;
-
-    const LINE: &str = r#"{"stage":"lod","bench":"b","view":"v","device":"CPU","bytes":null,"copy_gb_per_s":1.0,"samples":[]}"#;
 
     #[test]
     fn what_is_saved_is_loaded_and_what_is_not_is_an_error_that_names_what_is() {
@@ -77,16 +84,19 @@ mod tests {
         let error = baselines.load("a", &["lod"]).unwrap_err().to_string();
         assert!(error.contains("saved: none"), "{error}");
 
-        let run = folder.path().join("run");
-        fs::write(&run, LINE).unwrap();
-        baselines.save("b", "lod", &run).unwrap();
-        assert_eq!(baselines.load("b", &["io", "lod"]).unwrap().len(), 1);
+        let lod = record(&[1.5, 2.5]);
+        let shading = Record { stage: "shading".into(), ..lod.clone() };
+        baselines.save("b", &[lod.clone(), shading.clone()]).unwrap();
+        assert_eq!(baselines.load("b", &["io", "lod", "shading"]).unwrap(), [lod, shading.clone()]);
         let error = baselines.load("a", &["lod"]).unwrap_err().to_string();
         assert!(error.contains("saved: b"), "{error}");
         assert!(baselines.load("b", &["io"]).is_err(), "the stage was not measured");
 
-        fs::write(&run, "{}").unwrap();
-        baselines.save("b", "lod", &run).unwrap();
+        let faster = record(&[1.0]);
+        baselines.save("b", std::slice::from_ref(&faster)).unwrap();
+        assert_eq!(baselines.load("b", &["lod", "shading"]).unwrap(), [faster, shading], "only that stage");
+
+        fs::write(baselines.file("b", "lod"), "{}").unwrap();
         assert!(matches!(baselines.load("b", &["lod"]), Err(Error::Record { line: 1, .. })));
     }
 

@@ -15,19 +15,21 @@ use crate::{
 };
 use baselines::Baselines;
 
-/// Measure what each stage costs: wall, CPU and GPU time, bytes moved and the share of this machine's copy bandwidth.
+/// Measure what each stage costs: wall, CPU and GPU time, bytes moved, share of the copy bandwidth.
 ///
-/// Runs the criterion benches of one stage or of all of them, each on its committed inputs (`benches/`), and prints a table:
+/// Runs the criterion benches of one stage or of all of them, each on its committed inputs
+/// (`benches/`), and prints a table:
 ///
 ///   wall ms    median over the samples; for GPU passes with submission and waiting
 ///   CPU ms     user + system time of all threads, the figure to trust on a busy machine
-///   GPU ms     time stamps; '-' where the driver's are not to be trusted, and for work without a GPU
-///   MB, GB/s   what the work has to read and write at least, by GPU time, else by wall time
-///   % of copy  that rate over the rate of a plain copy, measured in the same run on the same device
+///   GPU ms     time stamps; '-' where the driver's cannot be trusted, and without a GPU
+///   MB, GB/s   what the work has to read and write at least; by GPU time, else by wall time
+///   % of copy  that rate over the rate of a plain copy on the same device in the same run
 ///
-/// --save keeps the figures under a name, --baseline compares with them: new over old, below 1 is faster, in brackets the
-/// range that the middle halves of the samples allow; a change is called one only where that range leaves out 1. Whatever
-/// the times, the exit code is 0. Baselines are under target/bench/baselines, criterion's own under target/criterion.
+/// --save keeps the figures under a name, --baseline compares with them: new over old, below 1 is
+/// faster, in brackets the range that the middle halves of the samples allow; a change is called
+/// one only where that range leaves out 1. Whatever the times, the exit code is 0. Baselines are
+/// under target/bench/baselines, criterion's own under target/criterion.
 ///
 /// A STAGE is a package of the workspace with benches, without its `bench-`: also one of yours.
 #[derive(Args)]
@@ -79,29 +81,23 @@ pub fn run(options: &Options) -> Result<()> {
     // Before anything is built: nobody should wait minutes for a typing error.
     let baseline = options.baseline.as_deref().map(|name| baselines.load(name, &names)).transpose()?;
     let variables = prerequisites::ensure(metadata.workspace_root.as_std_path(), options.install)?;
-    for stage in &stages {
-        run_process(cargo(stage.arguments()).arg("--no-run").current_dir(&metadata.workspace_root))?;
-    }
+    run_process(cargo(arguments(&stages)).arg("--no-run").current_dir(&metadata.workspace_root))?;
     println!("{}", machine::state());
 
     std::fs::create_dir_all(&folder).map_err(|source| Error::File { path: folder.clone().into(), source })?;
-    let mut records = Vec::new();
-    for stage in &stages {
-        let run = folder.join(format!("{}.jsonl", stage.name));
-        // Benches append; what an earlier run left is not of this one.
-        std::fs::write(&run, "").map_err(|source| Error::File { path: run.clone().into(), source })?;
-        let mut command = cargo(stage.arguments());
-        command.arg("--").args(options.criterion_arguments());
-        command.current_dir(&metadata.workspace_root).envs(variables.iter().cloned());
-        run_process(command.env("MENISCUS_BENCH_RECORDS", &run))?;
-        let of_stage = baselines::read(run.as_std_path())?;
-        if of_stage.is_empty() {
-            return Err(Error::NothingMeasured { package: stage.package.clone() });
-        }
-        if let Some(name) = &options.save {
-            baselines.save(name, &stage.name, run.as_std_path())?;
-        }
-        records.extend(of_stage);
+    let run = folder.join("run.jsonl");
+    // Benches append; what an earlier run left is not of this one.
+    std::fs::write(&run, "").map_err(|source| Error::File { path: run.clone().into(), source })?;
+    let mut command = cargo(arguments(&stages));
+    command.arg("--").args(options.criterion_arguments());
+    command.current_dir(&metadata.workspace_root).envs(variables.iter().cloned());
+    run_process(command.env("MENISCUS_BENCH_RECORDS", &run))?;
+    let records = baselines::read(run.as_std_path())?;
+    if let Some(stage) = stages.iter().find(|stage| records.iter().all(|record| record.stage != stage.name)) {
+        return Err(Error::NothingMeasured { package: stage.package.clone(), stage: stage.name.clone() });
+    }
+    if let Some(name) = &options.save {
+        baselines.save(name, &records)?;
     }
 
     println!("\n{}\n\n{}", report::devices(&records), report::table(&records));
@@ -130,13 +126,15 @@ impl Options {
     }
 }
 
-impl Stage {
-    /// Targets are named one by one: the unit tests of a package are benches too, as far as cargo is concerned.
-    fn arguments(&self) -> Vec<&str> {
-        let mut arguments = vec!["bench", "--package", &self.package];
-        arguments.extend(self.targets.iter().flat_map(|target| ["--bench", target.as_str()]));
-        arguments
-    }
+/// One command, so that what the stages share is built once. Targets are named one by one: the unit tests of a package are
+/// benches too, as far as cargo is concerned.
+fn arguments(stages: &[Stage]) -> Vec<&str> {
+    let of_stage = |stage| {
+        let Stage { package, targets, .. }: &Stage = stage;
+        let targets = targets.iter().flat_map(|target| ["--bench", target.as_str()]);
+        ["--package", package.as_str()].into_iter().chain(targets)
+    };
+    std::iter::once("bench").chain(stages.iter().flat_map(of_stage)).collect()
 }
 
 /// Every package of the workspace with benches, by name.
@@ -209,7 +207,7 @@ mod tests {
         assert_eq!(chosen(all.clone(), Some("bench-io")).unwrap(), [stage("io")]);
         let error = chosen(all, Some("anisotropy")).unwrap_err().to_string();
         assert!(error.contains("anisotropy") && error.contains("io, lod"), "{error}");
-        assert_eq!(stage("io").arguments(), ["bench", "--package", "bench-io", "--bench", "io"]);
+        assert_eq!(arguments(&[stage("io")]), ["bench", "--package", "bench-io", "--bench", "io"]);
     }
 
     #[test]

@@ -1,9 +1,9 @@
 //! The records that benches leave (`benches/views/src/record.rs`) and what is computed from them.
 
-use serde::Deserialize;
+use serde::{Deserialize, Serialize};
 
 /// One bench of one run.
-#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Record {
     pub stage: String,
     pub bench: String,
@@ -18,7 +18,7 @@ pub struct Record {
 }
 
 /// One measurement, milliseconds.
-#[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Sample {
     pub wall_ms: f64,
     pub cpu_ms: f64,
