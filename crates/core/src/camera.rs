@@ -226,6 +226,21 @@ mod tests {
         Camera { eye: Vec3::new(3.0, 2.0, 5.0), target: Vec3::ZERO, up: Vec3::Y, projection, near: 0.1 }
     }
 
+    /// A mirrored world would look just as good.
+    #[test]
+    fn right_is_right_and_up_is_up() {
+        for (eye, up, right) in
+            [(Vec3::Z, Vec3::Y, Vec3::X), (Vec3::NEG_Y, Vec3::Z, Vec3::X), (Vec3::X, Vec3::Y, Vec3::NEG_Z)]
+        {
+            let camera = Camera { eye: eye * 5.0, up, ..camera(Projection::Perspective { fovy_rad: 1.0 }) };
+            let view = camera.view_from_world();
+            // 1e-6: f32 rounding of unit vectors.
+            for (world, expected) in [(right, Vec3::X), (up, Vec3::Y), (eye, Vec3::Z)] {
+                assert!(view.transform_vector3(world).distance(expected) < 1e-6, "{world} from {eye}");
+            }
+        }
+    }
+
     #[test]
     fn points_on_the_picture_border_lie_on_the_frustum_planes() {
         let size = [640, 480];

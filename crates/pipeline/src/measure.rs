@@ -164,5 +164,10 @@ mod tests {
         let depth = column_depth(&points, UpAxis::X, 0.1);
         assert!((depth - 1.6).abs() < 1e-5, "{depth}");
         assert_eq!(column_depth(&[], UpAxis::X, 0.1), 0.0);
+        // A tower on a quarter of the ground is not how deep the water is.
+        let mut tower = points;
+        tower.extend(lattice([8, 8, 40], 0.1).into_iter().map(|[x, y, z]| [x, y, z + 1.2]));
+        let depth = column_depth(&tower, UpAxis::Z, 0.1);
+        assert!((depth - 1.2).abs() < 1e-5, "{depth}");
     }
 }

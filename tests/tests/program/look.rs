@@ -64,6 +64,36 @@ fn the_sky_is_above_and_the_floor_below() {
     assert!(pattern(0) <= 10 && pattern(height - 1) >= 20, "{} {}", pattern(0), pattern(height - 1));
 }
 
+/// Pure water absorbs per metre: what `--unit` says a metre is decides how clear it is.
+#[test]
+fn a_metre_of_pure_water_is_clear_and_a_kilometre_is_not() {
+    let program = program_with_dam(2000, 1);
+    let red = |unit: &str| {
+        let alone =
+            "--param post.transparent=true --param scene.floor=false --param lighting.pure_water=true";
+        program.run(&format!("render dam/dam_break.pvd {SIZE} -o p_%d.png --unit {unit} {alone}")).ok();
+        let picture = Pixels::read(&program.path("p_0.png"));
+        let water = || picture.rgba.iter().filter(|p| p[3] == 255);
+        water().map(|p| f64::from(p[0])).sum::<f64>() / water().count() as f64
+    };
+    let [metres, kilometres] = ["m", "1000"].map(red);
+    // 133 and 8 of 255: a metre and a half takes half of the red, as many kilometres all but what is mirrored.
+    assert!(metres > 4.0 * kilometres, "{metres} and {kilometres}");
+}
+
+/// Who gives no flags gets smooth edges.
+#[test]
+fn edges_are_smoothed_unasked() {
+    let program = program_with_dam(500, 1);
+    let bytes = |flags: &str| {
+        program.run(&format!("render dam/dam_break.pvd --frame 0 {SIZE} -o p.png {flags}")).ok();
+        std::fs::read(program.path("p.png")).expect("a picture")
+    };
+    let unasked = bytes("");
+    assert!(unasked == bytes("--param post.anti_aliasing=true"));
+    assert!(unasked != bytes("--param post.anti_aliasing=false"));
+}
+
 /// Single spheres show as such: where the smoothed surface of the same particles is even, they are bumpy.
 #[test]
 fn spheres_stay_spheres() {

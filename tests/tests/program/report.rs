@@ -22,6 +22,8 @@ fn the_report_is_complete() {
     assert_eq!(report["flaws"], serde_json::json!([]), "nothing is wrong with made data");
     let frames = report["frames"].as_array().expect("frames");
     assert_eq!(frames.iter().map(|f| f["frame"].as_u64()).collect::<Vec<_>>(), [Some(1), Some(2)]);
+    let times: Vec<f64> = frames.iter().filter_map(|frame| frame["time"].as_f64()).collect();
+    assert!(times.len() == 2 && 0.0 < times[0] && times[0] < times[1], "{times:?}");
     for frame in frames {
         assert_eq!(frame["particles"]["input"], 3000);
         assert!(frame["particles"]["kept"].as_u64() <= Some(3000));
@@ -89,4 +91,36 @@ fn level_of_detail_keeps_its_share_of_what_is_visible() {
     // A camera that sees a part of it draws less, at full detail too.
     let [input, kept] = counts("--camera 0.1,-0.5,0.3/0.1,0,0.3/0,0,1/10");
     assert!(kept < input && kept > 0.0, "{kept} of {input}");
+}
+
+/// Cameras are said in the file's own coordinates, in the report and in the flag that is printed for them.
+#[test]
+fn a_camera_is_where_the_file_says_and_can_be_given_back() {
+    let program = crate::program();
+    program.run("make fjord-tsunami -o fjord --particles 3000 --frames 1").ok();
+    let render = "render fjord --frame 0 -o a.png --size 64x36 --report r.json";
+    let eye_and_choice = |flags: &str| {
+        program.run(&format!("{render} {flags}")).ok();
+        let report = read_json(&program.path("r.json"));
+        assert_eq!(report["frames"][0]["flaws"], serde_json::json!([]), "{flags}");
+        let eye: Vec<f64> =
+            report["camera"]["eye"].as_array().expect("an eye").iter().filter_map(|c| c.as_f64()).collect();
+        let choices = report["choices"].as_array().expect("choices");
+        let choice = choices.iter().find(|choice| choice["what"] == "camera");
+        (eye, choice.map(|choice| choice["value"].as_str().expect("a value").to_owned()))
+    };
+    let (eye, choice) = eye_and_choice("");
+    // The fjord lies around (500 km, 3400 km) and is a few kilometres long.
+    assert!((eye[0] - 5e5).abs() < 5e4 && (eye[1] - 3.4e6).abs() < 5e4, "{eye:?}");
+    let (again, _) = eye_and_choice(&format!("--camera {}", choice.expect("the automatic camera")));
+    // Six decimals are printed, and f32 keeps a millimetre or so of some kilometres.
+    assert!(eye.iter().zip(&again).all(|(a, b)| (a - b).abs() < 0.01), "{eye:?} {again:?}");
+}
+
+#[test]
+fn parallel_projection_is_as_high_as_asked() {
+    let program = program_with_dam(500, 1);
+    program.run("render dam -o a.png --frame 0 --size 32x18 --ortho 2.5 --report r.json").ok();
+    let projection = read_json(&program.path("r.json"))["camera"]["projection"].clone();
+    assert_eq!(projection, serde_json::json!({"orthographic": {"height_world": 2.5}}));
 }
