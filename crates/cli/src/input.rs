@@ -17,6 +17,7 @@ pub fn open(args: &InputArgs) -> Result<Series, Failure> {
         radius: args.radius,
         up: args.up.axis(),
         metres_per_unit: args.unit.map(|unit| unit.0),
+        ..SeriesOptions::default()
     };
     Ok(Series::open(Path::new(&args.input), &options)?)
 }

@@ -8,7 +8,7 @@ use crate::Error;
 use crate::array::DataArray;
 use crate::format::{Format, legacy, parallel, xml};
 use crate::mapped::MappedFile;
-use crate::scalar::ToF64;
+use crate::scalar::{ToF64, ToU64};
 
 /// What the cells of a piece say about its points.
 #[derive(Clone, Debug)]
@@ -31,7 +31,24 @@ pub(crate) struct Piece {
     /// Each with `points` tuples.
     pub attributes: Vec<DataArray>,
     pub cells: Cells,
+    /// Flags of the cells that mark ghosts.
+    pub cell_ghosts: Option<CellGhosts>,
 }
+
+/// Ghost flags of cells, and which points the cells have: cell `c` those of `connectivity` before its end `offsets[c]`, from
+/// the end of the cell before it.
+#[derive(Clone, Debug)]
+pub(crate) struct CellGhosts {
+    pub flags: DataArray,
+    pub connectivity: DataArray,
+    pub offsets: DataArray,
+}
+
+/// The array that marks ghosts, and its bits: copies of another process' points or cells, and hidden ones
+/// (`vtkDataSetAttributes::PointGhostTypes`, `CellGhostTypes`).
+pub(crate) const GHOSTS: &str = "vtkGhostType";
+const GHOST_POINT: u64 = 1 | 2;
+const GHOST_CELL: u64 = 1 | 32;
 
 /// VTK's numbers of cell types that hold single points.
 const VERTEX_CELLS: [f64; 2] = [1.0, 2.0];
@@ -47,6 +64,45 @@ impl Piece {
                 Ok(!types.is_empty() && !types.iter().any(|ty| VERTEX_CELLS.contains(ty)))
             }
         }
+    }
+}
+
+impl Piece {
+    fn point_ghosts(&self) -> Option<&DataArray> {
+        self.attributes.iter().find(|a| a.name == GHOSTS && a.components == 1)
+    }
+
+    pub fn may_have_ghosts(&self) -> bool {
+        self.point_ghosts().is_some() || self.cell_ghosts.is_some()
+    }
+
+    /// Which points are no ghosts: not marked themselves, and not only in cells that are.
+    pub fn not_ghosts(&self, cancel: &Cancel) -> Result<Vec<bool>, Error> {
+        let values = |array: &DataArray| array.check(&self.file)?.collect(&ToU64, cancel);
+        let mut mask = match self.point_ghosts() {
+            Some(flags) => values(flags)?.into_iter().map(|flags| flags & GHOST_POINT == 0).collect(),
+            None => vec![true; self.points],
+        };
+        let Some(cells) = &self.cell_ghosts else { return Ok(mask) };
+        let (flags, points, ends) =
+            (values(&cells.flags)?, values(&cells.connectivity)?, values(&cells.offsets)?);
+        let (mut in_ghost, mut in_real) = (vec![false; self.points], vec![false; self.points]);
+        let mut start = 0;
+        for (flags, end) in std::iter::zip(flags, ends) {
+            let marks = if flags & GHOST_CELL == 0 { &mut in_real } else { &mut in_ghost };
+            // Offsets and points that are out of range belong to no particle.
+            let end = usize::try_from(end).unwrap_or(usize::MAX).min(points.len());
+            for point in points.get(start..end).unwrap_or_default() {
+                if let Some(mark) = usize::try_from(*point).ok().and_then(|point| marks.get_mut(point)) {
+                    *mark = true;
+                }
+            }
+            start = end;
+        }
+        for (point, taken) in mask.iter_mut().enumerate() {
+            *taken &= in_real[point] || !in_ghost[point];
+        }
+        Ok(mask)
     }
 }
 

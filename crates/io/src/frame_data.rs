@@ -137,7 +137,24 @@ impl FrameData {
 
     /// Coordinates in the file's space, x, y, z, x, ...
     pub fn coordinates(&self, cancel: &Cancel) -> Result<Vec<f64>, Error> {
-        self.collect(|piece| piece.positions.as_ref(), &ToF64, cancel)
+        self.coordinates_as(&ToF64, cancel)
+    }
+
+    /// Coordinates as `convert` gives them, x, y, z, x, ...
+    pub fn coordinates_as<C: Convert>(&self, convert: &C, cancel: &Cancel) -> Result<Vec<C::Out>, Error> {
+        self.collect(|piece| piece.positions.as_ref(), convert, cancel)
+    }
+
+    /// Which points are no ghosts; `None` when none is.
+    pub fn not_ghosts(&self, cancel: &Cancel) -> Result<Option<Vec<bool>>, Error> {
+        if !self.pieces.iter().any(Piece::may_have_ghosts) {
+            return Ok(None);
+        }
+        let mut mask = Vec::with_capacity(self.points);
+        for piece in &self.pieces {
+            mask.extend(piece.not_ghosts(cancel)?);
+        }
+        Ok(mask.contains(&false).then_some(mask))
     }
 
     /// All values of `attribute`.

@@ -14,6 +14,7 @@ mod dataset;
 mod discover;
 mod error;
 pub mod expression;
+mod filter;
 mod format;
 mod frame_data;
 mod info;
@@ -24,6 +25,7 @@ mod series;
 pub mod writer;
 
 pub use error::Error;
+pub use filter::Region;
 pub use info::{AttributeSummary, FrameInfo, SetSummary, ValueCount};
-pub use options::{SeriesOptions, SetSpec};
+pub use options::{IoMode, SeriesOptions, SetSpec};
 pub use series::Series;

@@ -1,6 +1,9 @@
+use std::str::FromStr;
+
 use meniscus_core::{Look, UpAxis};
 
 use crate::Error;
+use crate::filter::Region;
 
 /// How a series is read; the default leaves every choice to the data.
 #[derive(Clone, Debug, Default)]
@@ -17,17 +20,60 @@ pub struct SeriesOptions {
     pub up: Option<UpAxis>,
     /// Metres per file unit, > 0.
     pub metres_per_unit: Option<f64>,
+    /// How file bytes come into memory.
+    pub io_mode: IoMode,
+    /// Takes every n-th particle of the input: by its id where that takes about one in n, else by its index in the file; >= 1.
+    /// The particles taken stand for the others: an automatic spacing grows accordingly.
+    pub every: Option<u32>,
+    /// Takes the particles of the input inside this box.
+    pub region: Option<Region>,
+    /// Time between frames, > 0; replaces what the files state.
+    pub time_step: Option<f64>,
+    /// Keeps points that the file marks as ghosts: copies of a neighbouring process' points, or hidden ones.
+    pub keep_ghosts: bool,
+}
+
+/// How file bytes come into memory.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum IoMode {
+    /// Maps local files at rest; reads those of network file systems and those modified in the last seconds.
+    #[default]
+    Auto,
+    /// Maps every file.
+    Map,
+    /// Reads every file, block by block.
+    Read,
+}
+
+impl FromStr for IoMode {
+    type Err = Error;
+
+    fn from_str(text: &str) -> Result<Self, Error> {
+        match text {
+            "auto" => Ok(Self::Auto),
+            "map" => Ok(Self::Map),
+            "read" => Ok(Self::Read),
+            _ => Err(Error::usage(format_args!("--io {text:?}; expected auto, map or read"))),
+        }
+    }
 }
 
 impl SeriesOptions {
     /// Refuses lengths that are none.
     pub(crate) fn validate(&self) -> Result<(), Error> {
-        let lengths =
-            [("--spacing", self.spacing), ("--radius", self.radius), ("--unit", self.metres_per_unit)];
-        for (flag, length) in lengths {
-            if let Some(length) = length.filter(|length| !(length.is_finite() && *length > 0.0)) {
-                return Err(Error::usage(format_args!("{flag} is {length}; give a number above 0")));
+        let numbers = [
+            ("--spacing", self.spacing),
+            ("--radius", self.radius),
+            ("--unit", self.metres_per_unit),
+            ("--dt", self.time_step),
+        ];
+        for (flag, number) in numbers {
+            if let Some(number) = number.filter(|number| !(number.is_finite() && *number > 0.0)) {
+                return Err(Error::usage(format_args!("{flag} is {number}; give a number above 0")));
             }
+        }
+        if self.every == Some(0) {
+            return Err(Error::usage("--every is 0; give 1 for all particles, 2 for every other one"));
         }
         if self.sets.len() > MAX_SETS {
             return Err(Error::usage(format_args!("{} sets; give at most {MAX_SETS}", self.sets.len())));
@@ -107,10 +153,18 @@ mod tests {
     }
 
     #[test]
-    fn impossible_lengths_are_refused() {
-        for length in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let options = SeriesOptions { spacing: Some(length), ..Default::default() };
-            assert!(options.validate().is_err(), "{length}");
+    fn impossible_numbers_are_refused() {
+        for number in [0.0, -1.0, f64::NAN, f64::INFINITY] {
+            let spacing = SeriesOptions { spacing: Some(number), ..Default::default() };
+            let time_step = SeriesOptions { time_step: Some(number), ..Default::default() };
+            assert!(spacing.validate().is_err() && time_step.validate().is_err(), "{number}");
         }
+        assert!(SeriesOptions { every: Some(0), ..Default::default() }.validate().is_err());
+    }
+
+    #[test]
+    fn modes_are_parsed() {
+        assert_eq!("map".parse::<IoMode>().ok(), Some(IoMode::Map));
+        assert!("mmap".parse::<IoMode>().is_err());
     }
 }

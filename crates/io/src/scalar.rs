@@ -202,6 +202,24 @@ impl Convert for Recentre {
     }
 }
 
+/// Whether each coordinate (x, y, z, x, ...) is inside its axis' range, limits included; never for NaN.
+pub(crate) struct InRanges {
+    pub min: [f64; 3],
+    pub max: [f64; 3],
+}
+
+impl Convert for InRanges {
+    type Out = bool;
+    #[inline]
+    fn block<E: Element, const BIG: bool>(&self, first: usize, src: &[u8], out: &mut [bool]) {
+        for (i, (bytes, inside)) in src.chunks_exact(E::SIZE).zip(out).enumerate() {
+            let axis = (first + i) % 3;
+            let value = E::read::<BIG>(bytes).to_f64();
+            *inside = self.min[axis] <= value && value <= self.max[axis];
+        }
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

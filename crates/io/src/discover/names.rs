@@ -37,13 +37,23 @@ fn digits(text: &[u8]) -> (&[u8], &[u8]) {
 
 /// A file name with its last number taken out: what the files of a series share. Only the number before the extension counts.
 pub(crate) fn stem(name: &str) -> String {
-    let dot = name.rfind('.').unwrap_or(name.len());
-    let (body, extension) = name.split_at(dot);
-    let Some(end) = body.rfind(|c: char| c.is_ascii_digit()).map(|i| i + 1) else { return name.to_owned() };
-    let start = body[..end]
-        .rfind(|c: char| !c.is_ascii_digit())
-        .map_or(0, |i| i + body[i..].chars().next().map_or(1, char::len_utf8));
-    format!("{}#{}{extension}", &body[..start], &body[end..])
+    last_number(name)
+        .map_or_else(|| name.to_owned(), |(start, end)| format!("{}#{}", &name[..start], &name[end..]))
+}
+
+/// [`stem`] and the number; `None` without one.
+pub(crate) fn numbered(name: &str) -> Option<(String, u64)> {
+    let (start, end) = last_number(name)?;
+    Some((stem(name), name[start..end].parse().ok()?))
+}
+
+/// Where the last number before the extension of `name` starts and ends.
+fn last_number(name: &str) -> Option<(usize, usize)> {
+    let body = &name[..name.rfind('.').unwrap_or(name.len())];
+    let end = body.rfind(|c: char| c.is_ascii_digit())? + 1;
+    let before = body[..end].rfind(|c: char| !c.is_ascii_digit());
+    let start = before.map_or(0, |i| i + body[i..].chars().next().map_or(1, char::len_utf8));
+    Some((start, end))
 }
 
 /// A file name pattern with one `%d` or `%0Nd`.

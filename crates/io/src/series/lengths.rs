@@ -38,6 +38,7 @@ pub(super) fn choose(
     view: &View,
     walls: Option<&[bool]>,
     options: &SeriesOptions,
+    every: u64,
     choices: &mut Vec<Choice>,
     flaws: &mut Flaws,
     cancel: &Cancel,
@@ -45,7 +46,7 @@ pub(super) fn choose(
     let (spacing, spacing_source, stated) = match options.spacing {
         Some(spacing) => (spacing, SpacingSource::User, None),
         None => {
-            let chosen = choose_spacing(view, walls, flaws, cancel)?;
+            let chosen = choose_spacing(view, walls, every, flaws, cancel)?;
             choices.push(choice("spacing", format!("{:.6}", chosen.value), chosen.reason, "--spacing"));
             (chosen.value, chosen.source, chosen.radius)
         }
@@ -67,13 +68,17 @@ pub(super) fn choose(
 fn choose_spacing(
     view: &View,
     walls: Option<&[bool]>,
+    every: u64,
     flaws: &mut Flaws,
     cancel: &Cancel,
 ) -> Result<Spacing, Error> {
     let flat_axis = view.flat_axis();
     let sample = view.sample(walls);
     let estimate = spacing::estimate(&view.liquid(walls), flat_axis);
-    let by_mass = from_mass(view, &sample, if flat_axis.is_some() { 2.0 } else { 3.0 }, cancel)?;
+    let dimensions = if flat_axis.is_some() { 2.0 } else { 3.0 };
+    // What the file states is of all its particles; each one taken stands for several. The estimate sees only those taken.
+    let thinned = (every as f64).powf(1.0 / dimensions);
+    let by_mass = from_mass(view, &sample, dimensions, cancel)?.map(|spacing| spacing * thinned);
     let mass = |value| Spacing {
         value,
         source: SpacingSource::MassAndDensity,
@@ -85,6 +90,7 @@ fn choose_spacing(
         return Ok(mass(value));
     }
     if let Some((name, radius)) = median_radius(view, &sample, cancel)? {
+        let radius = radius * thinned;
         let ratio = 2.0 * radius / estimate.spacing;
         let agrees = (1.0 / MAX_DISAGREEMENT..=MAX_DISAGREEMENT).contains(&ratio);
         if estimate.doubt.is_some() || !agrees {

@@ -7,6 +7,7 @@ mod read;
 mod selections;
 pub(crate) mod sets;
 mod survey;
+mod times;
 mod view;
 
 use std::path::{Path, PathBuf};
@@ -17,7 +18,7 @@ use meniscus_core::{Cancel, Choice, Flaws, FrameError, FrameRequest, FrameSource
 use crate::discover::{TimeStep, discover};
 use crate::frame_data::FrameData;
 use crate::info::FrameInfo;
-use crate::series::sets::SetPlan;
+use crate::series::sets::Plans;
 use crate::{Error, SeriesOptions};
 
 /// A series of frames on disk, or a single file as a series of one.
@@ -26,7 +27,7 @@ use crate::{Error, SeriesOptions};
 /// demand, from any number of threads.
 pub struct Series {
     steps: Vec<TimeStep>,
-    sets: Vec<SetPlan>,
+    sets: Plans,
     space: SeriesSpace,
     choices: Vec<Choice>,
     flaws: Flaws,
@@ -41,7 +42,10 @@ impl Series {
     /// [`Error`] when nothing is there, when no frame of it can be read, or when `options` do not fit the data.
     pub fn open(input: &Path, options: &SeriesOptions) -> Result<Self, Error> {
         options.validate()?;
-        let found = discover(input)?;
+        let mut found = discover(input)?;
+        if let Some(time_step) = options.time_step {
+            times::apply(&mut found.steps, time_step);
+        }
         let sets = sets::plan(options)?;
         let survey = survey::survey(&found.steps, &sets, options)?;
         let mut choices = found.choices;
@@ -100,7 +104,7 @@ impl Series {
         FrameData::open(self.step(index)?, cancel)
     }
 
-    pub(crate) fn sets(&self) -> &[SetPlan] {
+    pub(crate) fn sets(&self) -> &Plans {
         &self.sets
     }
 }

@@ -23,7 +23,7 @@ pub(super) fn read(
     let mut dropped = 0;
     let mut particles = split(&frame, assigned, series.sets.len(), origin, request, cancel, &mut dropped)?;
     let mut files = step.files.clone();
-    for (set, plan) in particles.iter_mut().zip(&series.sets) {
+    for (set, plan) in particles.iter_mut().zip(series.sets.iter()) {
         let SetSource::Files(steps) = &plan.source else { continue };
         let Some(step) = companions::companion(steps, index, frame.time) else { continue };
         let frame = FrameData::open(step, cancel)?;
@@ -31,14 +31,16 @@ pub(super) fn read(
         // What colours the water need not exist in the files beside it.
         let has = |name: &&String| frame.attribute(name).is_some();
         let request = FrameRequest { attributes: request.attributes.iter().filter(has).cloned().collect() };
-        let mut own = split(&frame, None, 1, origin, &request, cancel, &mut dropped)?;
+        let real = series.sets.filter.without_ghosts(&frame, cancel)?;
+        let assigned = real.map(|real| sets::only(&real));
+        let mut own = split(&frame, assigned, 1, origin, &request, cancel, &mut dropped)?;
         *set = own.pop().unwrap_or_default();
     }
     let mut flaws = Flaws::default();
     if dropped > 0 {
         flaws.add(Flaw::NonFiniteDropped { count: dropped });
     }
-    let sets = std::iter::zip(particles, &series.sets)
+    let sets = std::iter::zip(particles, series.sets.iter())
         .map(|(particles, plan)| ParticleSet { name: plan.name.clone(), look: plan.look, particles })
         .collect();
     Ok(SetFrame { index, time: frame.time, files, origin: series.space.origin, sets, flaws })

@@ -6,7 +6,7 @@ use std::path::PathBuf;
 
 use meniscus_core::{Cancel, Choice, Flaw, Flaws, SeriesSpace};
 
-use super::sets::SetPlan;
+use super::sets::Plans;
 use super::view::View;
 use super::{companions, lengths, parts, selections};
 use crate::analysis::walls::Walls;
@@ -25,11 +25,7 @@ pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
     files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|meta| meta.len()).sum()
 }
 
-pub(super) fn survey(
-    steps: &[TimeStep],
-    plans: &[SetPlan],
-    options: &SeriesOptions,
-) -> Result<Survey, Error> {
+pub(super) fn survey(steps: &[TimeStep], plans: &Plans, options: &SeriesOptions) -> Result<Survey, Error> {
     let cancel = Cancel::default();
     let mut flaws = Flaws::default();
     let (view, index) = first_view(steps, plans, &cancel)?;
@@ -41,6 +37,7 @@ pub(super) fn survey(
     let mut choices = Vec::new();
     parts::describe(&view, steps, plans, &mut choices, &cancel);
     companions::describe(steps, plans, &mut choices);
+    selections::describe_filter(&view, plans, options, &mut choices, &cancel)?;
     selections::describe(&view, plans, options, &mut choices, &cancel)?;
     let flat_axis = view.flat_axis();
     if let Some(axis) = flat_axis {
@@ -52,7 +49,8 @@ pub(super) fn survey(
     }
     let members = walls.as_ref().map(|walls| walls.members.as_slice());
     let sample = view.sample(members);
-    let lengths = lengths::choose(&view, members, options, &mut choices, &mut flaws, &cancel)?;
+    let lengths =
+        lengths::choose(&view, members, options, plans.filter.every(), &mut choices, &mut flaws, &cancel)?;
     let up = match options.up {
         Some(axis) => axis,
         None => {
@@ -103,7 +101,7 @@ pub(super) fn choice(what: &str, value: String, reason: String, flag: &str) -> C
 
 /// The first frame with particles, else the first that can be read at all. What is wrong with the others is said
 /// when they are drawn.
-fn first_view(steps: &[TimeStep], plans: &[SetPlan], cancel: &Cancel) -> Result<(View, usize), Error> {
+fn first_view(steps: &[TimeStep], plans: &Plans, cancel: &Cancel) -> Result<(View, usize), Error> {
     let mut empty = None;
     let mut first_error = None;
     for (index, step) in steps.iter().enumerate() {

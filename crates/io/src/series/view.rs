@@ -6,7 +6,7 @@ use glam::{DVec3, Vec3};
 use meniscus_core::{Aabb, Cancel, Look};
 use rayon::prelude::*;
 
-use super::sets::{self, SetPlan};
+use super::sets::{self, Plans, SetPlan};
 use crate::Error;
 use crate::discover::TimeStep;
 use crate::frame_data::FrameData;
@@ -30,7 +30,7 @@ pub(super) struct View {
 }
 
 impl View {
-    pub fn open(step: &TimeStep, plans: &[SetPlan], cancel: &Cancel) -> Result<Self, Error> {
+    pub fn open(step: &TimeStep, plans: &Plans, cancel: &Cancel) -> Result<Self, Error> {
         let frame = FrameData::open(step, cancel)?;
         // Rounding to f32 far from zero would eat into the estimates, so some point is subtracted before it. The way from there
         // to the origin is no longer than the data, and may be subtracted after it.

@@ -267,6 +267,7 @@ impl<'a> Sections<'a> {
             positions: Some(positions),
             attributes: self.attributes,
             cells,
+            cell_ghosts: None,
         };
         Ok(Dataset { pieces: vec![piece], time: self.time })
     }

@@ -7,7 +7,7 @@ use super::settings::Settings;
 use super::{Attributes, CollectionEntry, Document};
 use crate::Error;
 use crate::array::{Bytes, Content, DataArray};
-use crate::dataset::{Cells, Dataset, Piece};
+use crate::dataset::{CellGhosts, Cells, Dataset, GHOSTS, Piece};
 use crate::format::legacy::is_time;
 use crate::mapped::MappedFile;
 use crate::scalar::{ScalarType, ToF64};
@@ -17,7 +17,9 @@ use crate::scalar::{ScalarType, ToF64};
 enum Section {
     Field,
     PointData,
+    CellData,
     Points,
+    /// Of a grid, or the vertices of poly data, which come first.
     Cells,
     Other,
 }
@@ -32,6 +34,9 @@ struct OpenPiece {
     positions: Option<Declared>,
     attributes: Vec<Declared>,
     types: Option<Declared>,
+    connectivity: Option<Declared>,
+    offsets: Option<Declared>,
+    cell_ghosts: Option<Declared>,
 }
 
 /// A `DataArray` element.
@@ -157,8 +162,9 @@ impl<'a> Builder<'a> {
         let section = match open.last().map(String::as_str) {
             Some("FieldData") => Section::Field,
             Some("PointData") => Section::PointData,
+            Some("CellData") => Section::CellData,
             Some("Points") => Section::Points,
-            Some("Cells") => Section::Cells,
+            Some("Cells" | "Verts") => Section::Cells,
             _ => Section::Other,
         };
         let name = attributes.get("name").unwrap_or_default().to_owned();
@@ -239,7 +245,15 @@ impl<'a> Builder<'a> {
                     (Section::Field, _) => self.field.push(array),
                     (Section::PointData, Some(piece)) => piece.attributes.push(array),
                     (Section::Points, Some(piece)) => piece.positions = Some(array),
-                    (Section::Cells, Some(piece)) if array.name == "types" => piece.types = Some(array),
+                    (Section::CellData, Some(piece)) if array.name == GHOSTS && array.components == 1 => {
+                        piece.cell_ghosts = Some(array);
+                    }
+                    (Section::Cells, Some(piece)) => match array.name.as_str() {
+                        "types" => piece.types = Some(array),
+                        "connectivity" => piece.connectivity = Some(array),
+                        "offsets" => piece.offsets = Some(array),
+                        _ => {}
+                    },
                     _ => {}
                 }
             }
@@ -302,8 +316,14 @@ impl<'a> Builder<'a> {
             // Only the names are of interest; whatever else is wrong with arrays of nothing does not matter.
             let attributes = piece.attributes.into_iter().filter(|array| array.components > 0);
             let attributes = attributes.filter_map(|array| self.resolve(settings, array, 0).ok()).collect();
-            let cells = Cells::Particles;
-            return Ok(Piece { file: self.file.clone(), points, positions: None, attributes, cells });
+            return Ok(Piece {
+                file: self.file.clone(),
+                points,
+                positions: None,
+                attributes,
+                cells: Cells::Particles,
+                cell_ghosts: None,
+            });
         }
         let Some(positions) = piece.positions else {
             return Err(self.malformed("element Piece", format_args!("{points} points, but no Points array")));
@@ -319,13 +339,26 @@ impl<'a> Builder<'a> {
             .filter(|array| array.components > 0)
             .map(|array| self.resolve(settings, array, points))
             .collect::<Result<_, _>>()?;
+        let cell_ghosts = match (piece.cell_ghosts, piece.connectivity, piece.offsets) {
+            // Only where every cell is a single vertex: in a mesh, points of ghost cells may be points of real ones elsewhere.
+            (Some(flags), Some(connectivity), Some(offsets)) => {
+                let cells = if settings.kind == "PolyData" { piece.verts as usize } else { piece.cells };
+                Some(CellGhosts {
+                    flags: self.resolve(settings, flags, cells)?,
+                    connectivity: self.resolve(settings, connectivity, cells)?,
+                    offsets: self.resolve(settings, offsets, cells)?,
+                })
+            }
+            _ => None,
+        };
         let cells = match piece.types {
             _ if piece.verts > 0 => Cells::Particles,
             _ if piece.faces > 0 => Cells::Mesh,
             Some(types) => Cells::Types(self.resolve(settings, types, piece.cells)?),
             None => Cells::Particles,
         };
-        Ok(Piece { file: self.file.clone(), points, positions: Some(positions), attributes, cells })
+        let positions = Some(positions);
+        Ok(Piece { file: self.file.clone(), points, positions, attributes, cells, cell_ghosts })
     }
 
     fn resolve(&self, settings: &Settings, array: Declared, tuples: usize) -> Result<DataArray, Error> {
