@@ -227,10 +227,10 @@ mod tests {
     #[test]
     fn recentring_subtracts_in_f64_at_any_phase() {
         // The steps of f32 are 1/32 at half a million and 1/4 at three million: rounded first, these would lose their fractions.
-        let values = [500_000.015625_f64, 3_400_000.0625, 10.5, 500_001.0, 3_400_001.0, 11.0];
+        let values = [500_000.015_625_f64, 3_400_000.062_5, 10.5, 500_001.0, 3_400_001.0, 11.0];
         let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_be_bytes()).collect();
         let convert = Recentre { origin: [500_000.0, 3_400_000.0, 10.0] };
-        let expected = [0.015625, 0.0625, 0.5, 1.0, 1.0, 1.0];
+        let expected = [0.015_625, 0.0625, 0.5, 1.0, 1.0, 1.0];
         for first in 0..6 {
             let mut out = vec![0.0; 6 - first];
             convert.bytes(ScalarType::F64, true, first, &bytes[first * 8..], &mut out);
