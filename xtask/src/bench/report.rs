@@ -51,7 +51,9 @@ pub fn comparison(records: &[Record], baseline: &[Record]) -> String {
                 let ratio = |of: fn(&Record) -> Option<Spread>| Some(of(record)?.over(of(old)?));
                 let ratios = [ratio(Record::wall), ratio(Record::cpu), ratio(Record::gpu)];
                 // The GPU's own clock is the better one where there is one.
-                (ratios.map(shown_ratio), verdict(ratios[2].or(ratios[0])).to_owned())
+                let judged = ratios[2].or(ratios[0]);
+                let samples = record.samples.len().min(old.samples.len());
+                (ratios.map(shown_ratio), verdict(judged, samples).to_owned())
             }
         };
         rows.push([
@@ -66,9 +68,13 @@ pub fn comparison(records: &[Record], baseline: &[Record]) -> String {
     table::layout(&rows, [false, false, true, true, true, false])
 }
 
-/// A difference is one only where the spreads do not overlap.
-fn verdict(ratio: Option<Spread>) -> &'static str {
+/// Samples below which the spread says nothing; `--quick` takes one or two.
+const ENOUGH_SAMPLES: usize = 5;
+
+/// A difference is one only where there are spreads and they do not overlap.
+fn verdict(ratio: Option<Spread>, samples: usize) -> &'static str {
     match ratio {
+        _ if samples < ENOUGH_SAMPLES => "too few samples",
         Some(ratio) if ratio.high < 1.0 => "faster",
         Some(ratio) if ratio.low > 1.0 => "slower",
         Some(_) => "the same",
@@ -115,17 +121,17 @@ mod tests {
 
     #[test]
     fn only_ratios_clear_of_one_are_changes() {
-        let old = [record(&[10.0, 10.0, 11.0])];
+        let old = [record(&[10.0, 10.0, 10.0, 10.0, 11.0])];
         for (new, expected) in [
-            (record(&[5.0, 5.0, 5.5]), "faster"),
-            (record(&[20.0, 21.0, 22.0]), "slower"),
-            (record(&[9.0, 10.0, 12.0]), "the same"),
+            (record(&[5.0, 5.0, 5.0, 5.0, 5.5]), "faster"),
+            (record(&[20.0, 20.5, 21.0, 21.5, 22.0]), "slower"),
+            (record(&[9.0, 9.5, 10.0, 11.0, 12.0]), "the same"),
         ] {
             let text = comparison(&[new], &old);
             assert!(text.lines().nth(1).unwrap().ends_with(expected), "{text}");
         }
         let text = comparison(&[record(&[5.0])], &[record(&[10.0])]);
-        assert!(text.contains("0.50 (0.50 to 0.50)"), "{text}");
+        assert!(text.contains("0.50 (0.50 to 0.50)") && text.contains("too few samples"), "{text}");
     }
 
     #[test]
