@@ -60,8 +60,12 @@ impl Piece {
             Cells::Particles => Ok(false),
             Cells::Mesh => Ok(true),
             Cells::Types(types) => {
-                let types = types.check(&self.file)?.collect(&ToF64, cancel)?;
-                Ok(!types.is_empty() && !types.iter().any(|ty| VERTEX_CELLS.contains(ty)))
+                let types = types.check(&self.file)?;
+                let is_vertex = |types: &[f64]| types.iter().any(|ty| VERTEX_CELLS.contains(ty));
+                // Particle files say so at once.
+                let mut head = vec![0.0; types.len().min(1024)];
+                types.decode(&ToF64, &mut head, cancel)?;
+                Ok(types.len() > 0 && !is_vertex(&head) && !is_vertex(&types.collect(&ToF64, cancel)?))
             }
         }
     }

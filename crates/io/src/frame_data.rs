@@ -167,6 +167,29 @@ impl FrameData {
         self.collect(|piece| piece.attributes.iter().find(|a| a.name == attribute.name), convert, cancel)
     }
 
+    /// The tuples of `attribute` at the points `indices`, which rise.
+    pub fn values_at<C: Convert>(
+        &self,
+        attribute: &AttributeInfo,
+        indices: &[usize],
+        convert: &C,
+        cancel: &Cancel,
+    ) -> Result<Vec<C::Out>, Error> {
+        let arrays = self.check(|piece| piece.attributes.iter().find(|a| a.name == attribute.name))?;
+        let mut out = Vec::with_capacity(indices.len() * attribute.components);
+        let (mut rest, mut first) = (indices, 0);
+        for array in arrays {
+            let end = first + array.len() / attribute.components;
+            let (here, later) = rest.split_at(rest.partition_point(|&index| index < end));
+            let local: Vec<usize> = here.iter().map(|index| index - first).collect();
+            if !local.is_empty() {
+                out.extend(array.pick(&local, convert, cancel)?);
+            }
+            (rest, first) = (later, end);
+        }
+        Ok(out)
+    }
+
     fn collect<C: Convert>(
         &self,
         find: impl Fn(&Piece) -> Option<&DataArray>,

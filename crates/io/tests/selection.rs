@@ -102,3 +102,14 @@ fn the_time_step_counts_missing_numbers() {
     let frame = series.read(2, &FrameRequest::default(), &Cancel::default()).expect("reads");
     assert_eq!(frame.time, Some(0.75));
 }
+
+#[test]
+fn opening_stops_on_request() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = file(folder.path(), |text| text);
+    let cancel = Cancel::default();
+    assert!(Series::open_unless(&path, &SeriesOptions::default(), &cancel).is_ok());
+    cancel.cancel();
+    let stopped = Series::open_unless(&path, &SeriesOptions::default(), &cancel);
+    assert!(matches!(stopped, Err(Error::Cancelled)));
+}

@@ -29,15 +29,15 @@ pub(crate) fn from_attributes(
     cancel: &Cancel,
 ) -> Result<Option<Guess>, Error> {
     if let Some(pressure) = names::find(frame, names::PRESSURE, 1) {
-        let values = frame.values(pressure, &ToF32, cancel)?;
+        let values = frame.values_at(pressure, sample, &ToF32, cancel)?;
         if let Some(axis) = hydrostatic(positions, &values, sample) {
             let reason = format!("the attribute {:?} falls along it", pressure.name);
             return Ok(Some(Guess { axis, reason }));
         }
     }
     if let Some(velocity) = names::find(frame, names::VELOCITY, 3) {
-        let values = frame.values(velocity, &ToF32, cancel)?;
-        if let Some(axis) = falling(values.as_chunks::<3>().0, sample) {
+        let values = frame.values_at(velocity, sample, &ToF32, cancel)?;
+        if let Some(axis) = falling(values.as_chunks::<3>().0) {
             let reason = format!("the attribute {:?} points down it on average", velocity.name);
             return Ok(Some(Guess { axis, reason }));
         }
@@ -45,10 +45,11 @@ pub(crate) fn from_attributes(
     Ok(None)
 }
 
-/// The axis along which the pressure falls.
+/// The axis along which the pressure, of the particles `sample`, falls.
 fn hydrostatic(positions: &[[f32; 3]], pressure: &[f32], sample: &[usize]) -> Option<UpAxis> {
     let rows = || {
-        let all = sample.iter().map(|&i| (positions[i].map(f64::from), f64::from(pressure[i])));
+        let all = std::iter::zip(sample, pressure)
+            .map(|(&i, pressure)| (positions[i].map(f64::from), f64::from(*pressure)));
         all.filter(|(_, value)| value.is_finite())
     };
     let count = rows().count() as f64;
@@ -82,8 +83,8 @@ fn hydrostatic(positions: &[[f32; 3]], pressure: &[f32], sample: &[usize]) -> Op
 }
 
 /// The axis, y or z, down which the mean velocity points clearly.
-fn falling(velocities: &[[f32; 3]], sample: &[usize]) -> Option<UpAxis> {
-    let rows = || sample.iter().map(|&i| velocities[i]).filter(|v| v.iter().all(|c| c.is_finite()));
+fn falling(velocities: &[[f32; 3]]) -> Option<UpAxis> {
+    let rows = || velocities.iter().filter(|v| v.iter().all(|c| c.is_finite()));
     let (mut mean, mut square, mut count) = ([0.0_f64; 3], 0.0, 0.0);
     for v in rows() {
         count += 1.0;
@@ -177,11 +178,11 @@ mod tests {
 
     #[test]
     fn water_falls_down() {
-        assert_eq!(falling(&[[0.1, 0.0, -1.0]; 20], &(0..20).collect::<Vec<_>>()), Some(UpAxis::Z));
-        assert_eq!(falling(&[[0.1, -1.0, 0.0]; 20], &(0..20).collect::<Vec<_>>()), Some(UpAxis::Y));
-        assert_eq!(falling(&[[-1.0, 0.0, 0.0]; 20], &(0..20).collect::<Vec<_>>()), None);
-        assert_eq!(falling(&[[-0.5, -0.1, -0.5]; 20], &(0..20).collect::<Vec<_>>()), None, "drift");
-        assert_eq!(falling(&[[0.0; 3]; 20], &(0..20).collect::<Vec<_>>()), None);
+        assert_eq!(falling(&[[0.1, 0.0, -1.0]; 20]), Some(UpAxis::Z));
+        assert_eq!(falling(&[[0.1, -1.0, 0.0]; 20]), Some(UpAxis::Y));
+        assert_eq!(falling(&[[-1.0, 0.0, 0.0]; 20]), None);
+        assert_eq!(falling(&[[-0.5, -0.1, -0.5]; 20]), None, "drift");
+        assert_eq!(falling(&[[0.0; 3]; 20]), None);
     }
 
     #[test]

@@ -25,6 +25,34 @@ impl CheckedArray<'_> {
         Ok(out)
     }
 
+    /// The tuples `indices`. Only they are decoded where values can be addressed: not in compressed blocks and text.
+    pub fn pick<C: Convert>(
+        &self,
+        indices: &[usize],
+        convert: &C,
+        cancel: &Cancel,
+    ) -> Result<Vec<C::Out>, Error> {
+        let (ty, components) = (self.array.ty, self.array.components);
+        let mut out = vec![C::Out::default(); indices.len() * components];
+        let tuples = std::iter::zip(indices, out.chunks_exact_mut(components.max(1)));
+        if let (Data::Plain { stream, start }, Some(size)) = (&self.data, ty.size()) {
+            let (big, mut scratch) = (self.big(), Vec::new());
+            for (index, out) in tuples {
+                let from = start + index * components * size;
+                let bytes = stream
+                    .get(from..from + components * size, &mut scratch)
+                    .ok_or_else(|| self.fault(format_args!("cut off or not base64 near tuple {index}")))?;
+                convert.bytes(ty, big, index * components, bytes, out);
+            }
+        } else {
+            let all = self.collect(convert, cancel)?;
+            for (index, out) in tuples {
+                out.copy_from_slice(&all[index * components..(index + 1) * components]);
+            }
+        }
+        Ok(out)
+    }
+
     /// Converts the first `out.len()` values, at most [`Self::len`], in parallel.
     pub fn decode<C: Convert>(&self, convert: &C, out: &mut [C::Out], cancel: &Cancel) -> Result<(), Error> {
         match &self.data {

@@ -124,9 +124,9 @@ fn from_mass(view: &View, sample: &[usize], dimensions: f64, cancel: &Cancel) ->
     let density = names::find(&view.frame, names::DENSITY, 1);
     let (Some(mass), Some(density)) = (mass, density) else { return Ok(None) };
     let quantile = |attribute, q: f64| -> Result<Option<f64>, Error> {
-        let values = view.frame.values(attribute, &ToF32, cancel)?;
+        let values = view.frame.values_at(attribute, sample, &ToF32, cancel)?;
         let positive = |v: &f32| v.is_finite() && *v > 0.0;
-        Ok(quantile(sample.iter().map(|&i| values[i]).filter(positive).collect(), q))
+        Ok(quantile(values.into_iter().filter(positive).collect(), q))
     };
     let (Some(mass), Some(density)) = (quantile(mass, 0.5)?, quantile(density, 0.75)?) else {
         return Ok(None);
@@ -138,8 +138,7 @@ fn from_mass(view: &View, sample: &[usize], dimensions: f64, cancel: &Cancel) ->
 fn median_radius(view: &View, sample: &[usize], cancel: &Cancel) -> Result<Option<(String, f64)>, Error> {
     let attribute = names::find(&view.frame, names::RADIUS, 1).filter(|a| !a.ty.is_integer());
     let Some(attribute) = attribute else { return Ok(None) };
-    let values = view.frame.values(attribute, &ToF32, cancel)?;
-    let radii: Vec<f32> = sample.iter().map(|&i| values[i]).collect();
+    let radii = view.frame.values_at(attribute, sample, &ToF32, cancel)?;
     let extent = view.bounds.extent().max_element();
     let may_be = |radius: &f32| *radius > 0.0 && radius.is_finite() && (extent == 0.0 || *radius <= extent);
     if !radii.iter().all(may_be) {

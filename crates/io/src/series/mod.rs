@@ -41,13 +41,21 @@ impl Series {
     /// # Errors
     /// [`Error`] when nothing is there, when no frame of it can be read, or when `options` do not fit the data.
     pub fn open(input: &Path, options: &SeriesOptions) -> Result<Self, Error> {
+        Self::open_unless(input, options, &Cancel::default())
+    }
+
+    /// [`Self::open`], which `cancel` stops.
+    ///
+    /// # Errors
+    /// As [`Self::open`]; [`Error::Cancelled`] when stopped.
+    pub fn open_unless(input: &Path, options: &SeriesOptions, cancel: &Cancel) -> Result<Self, Error> {
         options.validate()?;
         let mut found = discover(input)?;
         if let Some(time_step) = options.time_step {
             times::apply(&mut found.steps, time_step);
         }
         let sets = sets::plan(options)?;
-        let survey = survey::survey(&found.steps, &sets, options)?;
+        let survey = survey::survey(&found.steps, &sets, options, cancel)?;
         let mut choices = found.choices;
         choices.extend(survey.choices);
         Ok(Self {

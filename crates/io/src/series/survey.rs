@@ -11,6 +11,7 @@ use super::view::View;
 use super::{companions, lengths, parts, selections};
 use crate::analysis::walls::Walls;
 use crate::analysis::{up, walls};
+use crate::array::check;
 use crate::discover::TimeStep;
 use crate::{Error, SeriesOptions};
 
@@ -25,36 +26,40 @@ pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
     files.iter().filter_map(|file| std::fs::metadata(file).ok()).map(|meta| meta.len()).sum()
 }
 
-pub(super) fn survey(steps: &[TimeStep], plans: &Plans, options: &SeriesOptions) -> Result<Survey, Error> {
-    let cancel = Cancel::default();
+pub(super) fn survey(
+    steps: &[TimeStep],
+    plans: &Plans,
+    options: &SeriesOptions,
+    cancel: &Cancel,
+) -> Result<Survey, Error> {
     let mut flaws = Flaws::default();
-    let (view, index) = first_view(steps, plans, &cancel)?;
+    let (view, index) = first_view(steps, plans, cancel)?;
     // The last frame is only read where the first says too little. Its own errors are met again when it is drawn.
     let last = LazyCell::new(|| {
         let mut later = steps.iter().skip(index + 1).rev();
-        later.find_map(|step| View::open(step, plans, &cancel).ok().filter(|view| !view.is_empty()))
+        later.find_map(|step| View::open(step, plans, cancel).ok().filter(|view| !view.is_empty()))
     });
     let mut choices = Vec::new();
-    parts::describe(&view, steps, plans, &mut choices, &cancel);
+    parts::describe(&view, steps, plans, &mut choices, cancel);
     companions::describe(steps, plans, &mut choices);
-    selections::describe_filter(&view, plans, options, &mut choices, &cancel)?;
-    selections::describe(&view, plans, options, &mut choices, &cancel)?;
+    selections::describe_filter(&view, plans, options, &mut choices, cancel)?;
+    selections::describe(&view, plans, options, &mut choices, cancel)?;
     let flat_axis = view.flat_axis();
     if let Some(axis) = flat_axis {
         flaws.add(Flaw::Planar { axis: ['x', 'y', 'z'][axis] });
     }
-    let walls = find_walls(&view, &last, &cancel)?;
+    let walls = find_walls(&view, &last, cancel)?;
     if let Some(walls) = &walls {
         flaws.add(Flaw::WallsDrawnAsWater { flag: walls.flag.clone() });
     }
     let members = walls.as_ref().map(|walls| walls.members.as_slice());
     let sample = view.sample(members);
     let lengths =
-        lengths::choose(&view, members, options, plans.filter.every(), &mut choices, &mut flaws, &cancel)?;
+        lengths::choose(&view, members, options, plans.filter.every(), &mut choices, &mut flaws, cancel)?;
     let up = match options.up {
         Some(axis) => axis,
         None => {
-            let guess = guess_up(&view, &last, &sample, lengths.spacing as f32, flat_axis, &cancel)?;
+            let guess = guess_up(&view, &last, &sample, lengths.spacing as f32, flat_axis, cancel)?;
             choices.push(choice("up axis", guess.axis.letter().to_string(), guess.reason, "--up"));
             guess.axis
         }
@@ -63,6 +68,7 @@ pub(super) fn survey(steps: &[TimeStep], plans: &Plans, options: &SeriesOptions)
         choices.push(choice("unit", "m".into(), "VTK files do not state one".into(), "--unit"));
         1.0
     });
+    check(cancel)?;
     let bytes = view.positions.len() * if view.frame.id_attribute().is_some() { 20 } else { 12 };
     Ok(Survey {
         bytes_per_file_byte: bytes as f64 / file_bytes(&steps[index].files).max(1) as f64,
@@ -108,7 +114,7 @@ fn first_view(steps: &[TimeStep], plans: &Plans, cancel: &Cancel) -> Result<(Vie
         match View::open(step, plans, cancel) {
             Ok(view) if !view.is_empty() => return Ok((view, index)),
             Ok(view) => empty = empty.or(Some((view, index))),
-            Err(e @ (Error::Usage { .. } | Error::Expression(_))) => return Err(e),
+            Err(e @ (Error::Usage { .. } | Error::Expression(_) | Error::Cancelled)) => return Err(e),
             Err(e) => first_error = first_error.or(Some(e)),
         }
     }

@@ -39,8 +39,7 @@ impl View {
         let around = finite_bounds(&positions).0;
         let origin = rounded_centre(around, near);
         let shift = (origin - near).as_vec3();
-        positions.par_iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
-        let (bounds, all_finite) = finite_bounds(&positions);
+        let (bounds, all_finite) = shifted_bounds(&mut positions, shift);
         let sets = sets::assign(plans, &frame, cancel)?;
         let water = water_sets(plans, sets.as_deref().unwrap_or_default());
         Ok(Self { frame, origin, positions, bounds, all_finite, sets, water })
@@ -107,15 +106,31 @@ fn is_finite(point: &[f32; 3]) -> bool {
     point.iter().all(|c| c.is_finite())
 }
 
+/// Points looked at by one task.
+const PIECE: usize = 1 << 14;
+
 /// The box around the finite ones of `points`, and whether all are.
 fn finite_bounds(points: &[[f32; 3]]) -> (Aabb, bool) {
-    let of_piece = |piece: &[[f32; 3]]| {
-        piece.iter().fold((Aabb::EMPTY, true), |(bounds, all), point| {
-            if is_finite(point) { (bounds.with_point((*point).into()), all) } else { (bounds, false) }
-        })
+    points.par_chunks(PIECE).map(piece_bounds).reduce(|| piece_bounds(&[]), union)
+}
+
+/// Subtracts `shift` from `points`; [`finite_bounds`] of what they become.
+fn shifted_bounds(points: &mut [[f32; 3]], shift: Vec3) -> (Aabb, bool) {
+    let shifted = |piece: &mut [[f32; 3]]| {
+        piece.iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
+        piece_bounds(piece)
     };
-    let none = || (Aabb::EMPTY, true);
-    points.par_chunks(1 << 14).map(of_piece).reduce(none, |a, b| (a.0.union(b.0), a.1 && b.1))
+    points.par_chunks_mut(PIECE).map(shifted).reduce(|| piece_bounds(&[]), union)
+}
+
+fn piece_bounds(piece: &[[f32; 3]]) -> (Aabb, bool) {
+    piece.iter().fold((Aabb::EMPTY, true), |(bounds, all), point| {
+        if is_finite(point) { (bounds.with_point((*point).into()), all) } else { (bounds, false) }
+    })
+}
+
+fn union(a: (Aabb, bool), b: (Aabb, bool)) -> (Aabb, bool) {
+    (a.0.union(b.0), a.1 && b.1)
 }
 
 /// The centre of `bounds` (relative to `near`, file space), rounded to a tenth of the extent's power of ten, so that it is a
