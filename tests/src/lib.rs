@@ -3,6 +3,7 @@
 //! the library shows. Each is one executable with a module per idea, because linking costs more than running.
 
 mod data;
+pub mod golden;
 mod mask;
 mod pixels;
 mod program;

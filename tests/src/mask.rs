@@ -23,6 +23,39 @@ impl Mask {
         Self::new(picture.size, picture.rgba.iter().map(|p| p[3] >= 128).collect())
     }
 
+    /// Whether both are of pictures of one size.
+    pub fn has_size(&self, other: &Self) -> bool {
+        self.size == other.size
+    }
+
+    /// Water in either. Both have the same size.
+    pub fn union(&self, other: &Self) -> Self {
+        let either = self.water.iter().zip(&other.water).map(|(a, b)| *a || *b).collect();
+        Self { size: self.size, water: either }
+    }
+
+    /// Wider by `margin` pixels in every direction.
+    pub fn dilated(&self, margin: usize) -> Self {
+        let [width, height] = self.size;
+        let near = |x: usize, y: usize| {
+            let columns = x.saturating_sub(margin)..(x + margin + 1).min(width);
+            (y.saturating_sub(margin)..(y + margin + 1).min(height))
+                .any(|row| self.water[row * width..][columns.clone()].contains(&true))
+        };
+        Self { size: self.size, water: (0..self.water.len()).map(|i| near(i % width, i / width)).collect() }
+    }
+
+    /// The values, one per pixel, where water is.
+    pub fn pick(&self, values: &[f32]) -> Vec<f32> {
+        values.iter().zip(&self.water).filter(|(_, water)| **water).map(|(value, _)| *value).collect()
+    }
+
+    /// White where water is, else black.
+    pub fn picture(&self) -> Pixels {
+        let colour = |water: &bool| if *water { [255; 4] } else { [0, 0, 0, 255] };
+        Pixels { size: self.size.map(|side| side as u32), rgba: self.water.iter().map(colour).collect() }
+    }
+
     /// Number of pixels that show water.
     pub fn area(&self) -> usize {
         self.water.iter().filter(|w| **w).count()
@@ -96,6 +129,15 @@ mod tests {
         assert_eq!(mask(&[".....", ".###.", ".#...", ".###.", "....."]).hole_share(), 0.0);
         assert_eq!(mask(&["....", ".##.", ".#.#", ".###"]).hole_share(), 0.0);
         assert_eq!(mask(&["...", "..."]).hole_share(), 0.0);
+    }
+
+    #[test]
+    fn masks_grow_in_every_direction_and_join() {
+        let dot = mask(&[".....", ".....", "..#..", ".....", "....."]);
+        assert!(dot.dilated(1) == mask(&[".....", ".###.", ".###.", ".###.", "....."]));
+        assert_eq!(dot.dilated(9).area(), 25);
+        assert!(mask(&["#.."]).union(&mask(&["..#"])) == mask(&["#.#"]));
+        assert_eq!(mask(&["#.#"]).pick(&[1.0, 2.0, 3.0]), [1.0, 3.0]);
     }
 
     #[test]

@@ -17,8 +17,34 @@ impl Pixels {
     /// # Panics
     /// When it is missing or not complete.
     pub fn read(path: &Path) -> Self {
-        let image = image::open(path).unwrap_or_else(|e| panic!("{}: {e}", path.display())).into_rgba8();
-        Self { size: [image.width(), image.height()], rgba: image.pixels().map(|p| p.0).collect() }
+        Self::try_read(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()))
+    }
+
+    /// [`Self::read`] for pictures that may be missing or damaged.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn try_read(path: &Path) -> Result<Self, String> {
+        let image = image::open(path).map_err(|e| e.to_string())?.into_rgba8();
+        Ok(Self { size: [image.width(), image.height()], rgba: image.pixels().map(|p| p.0).collect() })
+    }
+
+    /// Writes red, green and blue as a PNG file; alpha is left out.
+    ///
+    /// # Errors
+    /// In words.
+    pub fn write(&self, path: &Path) -> Result<(), String> {
+        let rgb = self.rgba.iter().flat_map(|p| p[..3].to_vec()).collect();
+        let image = image::RgbImage::from_raw(self.size[0], self.size[1], rgb)
+            .ok_or_else(|| format!("{} pixels are not {:?}", self.rgba.len(), self.size))?;
+        let file = std::fs::File::create(path).map_err(|e| format!("{}: {e}", path.display()))?;
+        // Committed pictures: small rather than quick.
+        let encoder = image::codecs::png::PngEncoder::new_with_quality(
+            file,
+            image::codecs::png::CompressionType::Best,
+            image::codecs::png::FilterType::Adaptive,
+        );
+        image.write_with_encoder(encoder).map_err(|e| format!("{}: {e}", path.display()))
     }
 
     /// Mean absolute difference over all pixels and colours, in steps of 8 bits.

@@ -12,14 +12,14 @@ const HANGS_AFTER: Duration = Duration::from_secs(120);
 
 /// The program with a folder of its own, which it runs in and which vanishes with this value.
 pub struct Program {
-    binary: &'static str,
+    binary: PathBuf,
     folder: TempDir,
 }
 
 impl Program {
     /// `binary`: the path that Cargo gives to integration tests as `CARGO_BIN_EXE_meniscus-under-test`.
-    pub fn new(binary: &'static str) -> Self {
-        Self { binary, folder: tempfile::tempdir().expect("a temporary folder") }
+    pub fn new(binary: impl Into<PathBuf>) -> Self {
+        Self { binary: binary.into(), folder: tempfile::tempdir().expect("a temporary folder") }
     }
 
     /// `name` in the program's folder.
@@ -65,7 +65,8 @@ impl Program {
         let hand = |file: &File| Stdio::from(file.try_clone().expect("a second handle"));
         // `exec`: signals go to the program, not to a shell around it.
         let child = Command::new("sh")
-            .args(["-c", &format!("exec \"$0\" {arguments}"), self.binary])
+            .args(["-c", &format!("exec \"$0\" {arguments}")])
+            .arg(&self.binary)
             .current_dir(self.folder.path())
             .envs(variables.iter().copied())
             .env_remove("RUST_LOG")
@@ -74,7 +75,14 @@ impl Program {
             .stderr(hand(&stderr))
             .spawn()
             .expect("the program under test");
-        Running { child, stdout, stderr, arguments: arguments.to_owned(), started: Instant::now() }
+        Running {
+            child,
+            stdout,
+            stderr,
+            arguments: arguments.to_owned(),
+            started: Instant::now(),
+            peak_bytes: 0,
+        }
     }
 }
 
@@ -85,6 +93,7 @@ pub struct Running {
     stderr: File,
     arguments: String,
     started: Instant,
+    peak_bytes: u64,
 }
 
 impl Running {
@@ -120,6 +129,7 @@ impl Running {
             stdout: text(&mut self.stdout),
             stderr: text(&mut self.stderr),
             arguments: self.arguments.clone(),
+            peak_bytes: self.peak_bytes,
         };
         assert!(!outcome.stderr.contains("panicked"), "{outcome:#?}");
         outcome
@@ -127,6 +137,9 @@ impl Running {
 
     /// Whether the program has ended.
     fn poll(&mut self) -> bool {
+        if let Some(bytes) = peak_bytes(self.child.id()) {
+            self.peak_bytes = self.peak_bytes.max(bytes);
+        }
         if self.child.try_wait().expect("a child").is_some() {
             return true;
         }
@@ -134,6 +147,14 @@ impl Running {
         std::thread::sleep(Duration::from_millis(2));
         false
     }
+}
+
+/// The most memory that a running process has held at once: the kernel's own high-water mark, so that nothing is missed
+/// between two looks but what came after the last.
+fn peak_bytes(process: u32) -> Option<u64> {
+    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+    line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
 }
 
 impl Drop for Running {
@@ -154,6 +175,8 @@ pub struct Outcome {
     pub stdout: String,
     /// Standard error.
     pub stderr: String,
+    /// The most memory it held at once, bytes; 0 where it ended before anyone looked.
+    pub peak_bytes: u64,
 }
 
 impl Outcome {

@@ -11,15 +11,20 @@ use crate::{
     process,
 };
 
-/// Makes sure that there are a Vulkan driver and, if a dependency compiles C, a C compiler.
+/// Makes sure that there are a Vulkan driver and, if a dependency compiles C or C++, a compiler for it.
 ///
 /// What is missing is installed with apt-get, if `install` says so or we are root anyway (a container, CI);
 /// otherwise the error holds the one line to type. Returns the variables that rendering commands must be given.
 pub fn ensure(workspace: &Path, install: bool) -> Result<Vec<(&'static str, String)>> {
     let path = workspace.join("Cargo.lock");
-    let needs_c = compiles_c(&std::fs::read_to_string(&path).map_err(|source| Error::File { path, source })?);
+    let lock_file = std::fs::read_to_string(&path).map_err(|source| Error::File { path, source })?;
+    let look = |vulkan: &Vulkan| Missing {
+        vulkan: !vulkan.is_usable(),
+        c_compiler: compiles_c(&lock_file) && !has_compiler("CC", &["cc", "gcc", "clang"]),
+        cpp_compiler: compiles_cpp(&lock_file) && !has_compiler("CXX", &["c++", "g++", "clang++"]),
+    };
     let mut vulkan = find_vulkan();
-    let missing = Missing { vulkan: !vulkan.is_usable(), c_compiler: needs_c && !has_c_compiler() };
+    let missing = look(&vulkan);
     if missing.any() {
         eprintln!("{}", missing.explanation(&vulkan));
         if let Some(variable) = steering_variable(|name| std::env::var(name).ok()).filter(|_| missing.vulkan)
@@ -31,7 +36,7 @@ pub fn ensure(workspace: &Path, install: bool) -> Result<Vec<(&'static str, Stri
         }
         install_packages(&missing)?;
         vulkan = find_vulkan();
-        let still = Missing { vulkan: !vulkan.is_usable(), c_compiler: needs_c && !has_c_compiler() };
+        let still = look(&vulkan);
         if still.any() {
             return Err(Error::StillMissing(still.names()));
         }
@@ -46,15 +51,20 @@ pub fn ensure(workspace: &Path, install: bool) -> Result<Vec<(&'static str, Stri
 struct Missing {
     vulkan: bool,
     c_compiler: bool,
+    cpp_compiler: bool,
 }
 
 impl Missing {
     fn any(self) -> bool {
-        self.vulkan || self.c_compiler
+        self.vulkan || self.c_compiler || self.cpp_compiler
     }
 
     fn names(self) -> String {
-        let names = [(self.vulkan, "a Vulkan driver"), (self.c_compiler, "a C compiler")];
+        let names = [
+            (self.vulkan, "a Vulkan driver"),
+            (self.c_compiler, "a C compiler"),
+            (self.cpp_compiler, "a C++ compiler"),
+        ];
         names
             .into_iter()
             .filter(|(is_missing, _)| *is_missing)
@@ -70,6 +80,9 @@ impl Missing {
         }
         if self.c_compiler {
             packages.extend(["gcc", "libc6-dev"]);
+        }
+        if self.cpp_compiler {
+            packages.push("g++");
         }
         packages
     }
@@ -128,10 +141,15 @@ fn compiles_c(lock_file: &str) -> bool {
     lock_file.lines().any(|line| line == r#"name = "cc""#)
 }
 
-/// The compilers that the `cc` crate tries, first the one it is told.
-fn has_c_compiler() -> bool {
-    let told = std::env::var("CC").ok();
-    ["cc", "gcc", "clang"].into_iter().chain(told.as_deref()).any(is_program)
+/// Whether one of them compiles C++: FLIP, by which pictures are compared, is its authors' own code.
+fn compiles_cpp(lock_file: &str) -> bool {
+    lock_file.lines().any(|line| line == r#"name = "nv-flip-sys""#)
+}
+
+/// Whether there is one of the compilers that the `cc` crate tries, or the one that it is told by `variable`.
+fn has_compiler(variable: &str, names: &[&str]) -> bool {
+    let told = std::env::var(variable).ok();
+    names.iter().copied().chain(told.as_deref()).any(is_program)
 }
 
 fn is_program(name: &str) -> bool {
@@ -165,21 +183,21 @@ mod tests {
 
     #[test]
     fn one_line_installs_what_is_missing_and_nothing_else() {
-        let only_vulkan = Missing { vulkan: true, c_compiler: false };
+        let only_vulkan = Missing { vulkan: true, c_compiler: false, cpp_compiler: false };
         assert_eq!(
             only_vulkan.apt_line(),
             "apt-get install -y --no-install-recommends mesa-vulkan-drivers libvulkan1"
         );
-        let both = Missing { vulkan: true, c_compiler: true };
-        assert!(both.apt_line().ends_with("mesa-vulkan-drivers libvulkan1 gcc libc6-dev"));
-        assert_eq!(both.names(), "a Vulkan driver and a C compiler");
-        assert!(!Missing { vulkan: false, c_compiler: false }.any());
+        let all = Missing { vulkan: true, c_compiler: true, cpp_compiler: true };
+        assert!(all.apt_line().ends_with("mesa-vulkan-drivers libvulkan1 gcc libc6-dev g++"));
+        assert_eq!(all.names(), "a Vulkan driver and a C compiler and a C++ compiler");
+        assert!(!Missing { vulkan: false, c_compiler: false, cpp_compiler: false }.any());
     }
 
     #[test]
     fn the_explanation_names_what_was_found_instead() {
         let vulkan = Vulkan { broken: vec!["/etc/vulkan/icd.d/x.json".into()], ..Vulkan::default() };
-        let text = Missing { vulkan: true, c_compiler: false }.explanation(&vulkan);
+        let text = Missing { vulkan: true, c_compiler: false, cpp_compiler: false }.explanation(&vulkan);
         assert!(text.contains("libvulkan.so.1") && text.contains("x.json: the library"), "{text}");
     }
 
@@ -203,6 +221,7 @@ mod tests {
     #[test]
     fn the_lock_file_tells_who_compiles_c() {
         assert!(compiles_c("[[package]]\nname = \"cc\"\nversion = \"1.11.1\"\n"));
+        assert!(compiles_cpp("name = \"nv-flip-sys\"\n") && !compiles_cpp("name = \"nv-flip\"\n"));
         assert!(!compiles_c("[[package]]\nname = \"ccc\"\ndependencies = [\n \"cc-lib\",\n]\n"));
     }
 
