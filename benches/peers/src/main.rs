@@ -1,0 +1,52 @@
+//! Our side of `cargo xtask peers`: writes the files that all tools read, says where their cameras are, and reads files on a
+//! clock. Prints JSON; the command around it makes tables.
+
+#![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program; printing is its job")]
+
+mod files;
+mod read;
+
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Parser, Subcommand};
+
+#[derive(Parser)]
+#[command(about = "Our side of `cargo xtask peers`")]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Subcommand)]
+enum Command {
+    /// Write one frame of a committed view as raw, zlib and legacy binary files, and print its camera and radius.
+    Make {
+        /// A file of benches/views, without its ending.
+        view: String,
+        /// Folder for the files; made if missing.
+        folder: PathBuf,
+        /// Divide the number of particles by this.
+        #[arg(long, default_value_t = 1)]
+        divide: u64,
+    },
+    /// Read a file as the pipeline does, again and again.
+    Read(read::Options),
+}
+
+fn main() -> ExitCode {
+    let outcome = match Arguments::parse().command {
+        Command::Make { view, folder, divide } => files::make(&view, &folder, divide),
+        Command::Read(options) => read::run(&options),
+    };
+    match outcome {
+        Ok(json) => {
+            println!("{json}");
+            ExitCode::SUCCESS
+        }
+        Err(error) => {
+            eprintln!("error: {error}");
+            ExitCode::FAILURE
+        }
+    }
+}
