@@ -38,6 +38,7 @@ pub fn run(registry: Registry) -> ExitCode {
     };
     let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| level.into());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
+    guard_maps();
     if let Some(threads) = cli.global.threads
         && let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()
     {
@@ -71,6 +72,13 @@ pub fn run(registry: Registry) -> ExitCode {
             }
             ExitCode::from(failure.exit_code())
         }
+    }
+}
+
+/// A mapped file that shrinks becomes an error of its frame instead of the end of the program.
+fn guard_maps() {
+    if let Err(error) = meniscus_io::map_guard::install() {
+        tracing::warn!("files that shrink while they are read will end the program: {error}");
     }
 }
 

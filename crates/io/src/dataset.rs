@@ -4,11 +4,11 @@ use std::path::Path;
 
 use meniscus_core::Cancel;
 
-use crate::Error;
 use crate::array::DataArray;
 use crate::format::{Format, legacy, parallel, xml};
 use crate::mapped::MappedFile;
 use crate::scalar::{ToF64, ToU64};
+use crate::{Error, IoMode};
 
 /// What the cells of a piece say about its points.
 #[derive(Clone, Debug)]
@@ -120,13 +120,13 @@ pub(crate) struct Dataset {
 
 impl Dataset {
     /// Finds the arrays of the file at `path`; follows the pieces of parallel files.
-    pub fn open(path: &Path) -> Result<Self, Error> {
-        let file = MappedFile::open(path)?;
+    pub fn open(path: &Path, mode: IoMode) -> Result<Self, Error> {
+        let file = MappedFile::open(path, mode)?;
         match Format::sniff(&file)? {
             Format::Legacy => legacy::parse(&file),
             Format::Xml => match xml::parse(&file)? {
                 xml::Document::Dataset(dataset) => Ok(dataset),
-                xml::Document::Parallel(sources) => parallel::open_pieces(&file, &sources),
+                xml::Document::Parallel(sources) => parallel::open_pieces(&file, &sources, mode),
                 xml::Document::Collection(_) => Err(Error::unsupported(
                     path,
                     "a .pvd collection inside another series; give it on its own",

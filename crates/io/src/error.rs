@@ -22,6 +22,14 @@ pub enum Error {
         /// The system's words.
         message: String,
     },
+    /// Somebody wrote to the file while it was read.
+    #[error("{}: the file {what} while it was read; read it again when its writer has finished", .file.display())]
+    Changed {
+        /// The file at fault.
+        file: PathBuf,
+        /// What happened to it.
+        what: String,
+    },
     /// The bytes are not what the format says.
     #[error("{}: {place}: {message}", .file.display())]
     Malformed {
@@ -67,7 +75,7 @@ impl Error {
     pub fn kind(&self) -> FrameErrorKind {
         match self {
             Self::NotFound { .. } => FrameErrorKind::NotFound,
-            Self::Io { .. } => FrameErrorKind::Io,
+            Self::Io { .. } | Self::Changed { .. } => FrameErrorKind::Io,
             Self::Malformed { .. } => FrameErrorKind::Malformed,
             Self::Unsupported { .. } => FrameErrorKind::Unsupported,
             Self::Empty { .. } => FrameErrorKind::Empty,
@@ -81,6 +89,7 @@ impl Error {
         match self {
             Self::NotFound { file }
             | Self::Io { file, .. }
+            | Self::Changed { file, .. }
             | Self::Malformed { file, .. }
             | Self::Unsupported { file, .. }
             | Self::Empty { file, .. } => Some(file),
@@ -112,6 +121,9 @@ impl Error {
     fn detail(&self) -> String {
         match self {
             Self::NotFound { .. } => "no such file or directory; check the path".into(),
+            Self::Changed { what, .. } => {
+                format!("the file {what} while it was read; read it again when its writer has finished")
+            }
             Self::Malformed { place, message, .. } => format!("{place}: {message}"),
             Self::Io { message, .. } | Self::Unsupported { message, .. } | Self::Empty { message, .. } => {
                 message.clone()

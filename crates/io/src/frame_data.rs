@@ -4,13 +4,13 @@ use std::path::PathBuf;
 
 use meniscus_core::Cancel;
 
-use crate::Error;
 use crate::array::{CheckedArray, DataArray, check};
 use crate::dataset::{Dataset, Piece};
 use crate::discover::TimeStep;
 use crate::expression::{Column, Expression, Part};
 use crate::info::value_counts;
 use crate::scalar::{Convert, Recentre, ScalarType, ToF64};
+use crate::{Error, IoMode};
 
 /// An attribute that every piece has.
 #[derive(Clone, Debug, PartialEq)]
@@ -37,14 +37,14 @@ const ID_NAMES: [&str; 9] =
 
 impl FrameData {
     /// Opens the files of `step`. Files whose cells are all faces are left out if others hold particles.
-    pub fn open(step: &TimeStep, cancel: &Cancel) -> Result<Self, Error> {
+    pub fn open(step: &TimeStep, mode: IoMode, cancel: &Cancel) -> Result<Self, Error> {
         let mut pieces = Vec::new();
         let mut time = None;
         let mut mesh_pieces = Vec::new();
         let mut meshes = Vec::new();
         for path in &step.files {
             check(cancel)?;
-            let dataset = Dataset::open(path)?;
+            let dataset = Dataset::open(path, mode)?;
             // With one file there is no other to prefer; its cells need not be looked at.
             let is_mesh = step.files.len() > 1 && all_meshes(&dataset.pieces, cancel)?;
             if is_mesh {
@@ -69,6 +69,11 @@ impl FrameData {
         })?;
         let attributes = common_attributes(&pieces);
         Ok(Self { pieces, time: step.time.or(time), points, meshes, attributes })
+    }
+
+    /// An error when a file was written to since it was opened. Asked once its values are read.
+    pub fn check_unchanged(&self) -> Result<(), Error> {
+        self.pieces.iter().try_for_each(|piece| piece.file.check_unchanged())
     }
 
     /// Whether the points are corners of meshes because there is nothing else.

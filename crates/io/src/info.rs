@@ -115,6 +115,7 @@ pub(crate) fn describe(series: &Series, index: usize, stats: bool) -> Result<Fra
         .iter()
         .map(|attribute| summarise(&frame, attribute, stats, &cancel))
         .collect::<Result<_, _>>()?;
+    frame.check_unchanged()?;
     let space = series.space();
     let files = series.files(index).to_vec();
     Ok(FrameInfo {
@@ -254,7 +255,7 @@ fn set_summaries(
     for (i, plan) in series.sets().iter().enumerate() {
         let points = match (&plan.source, &assigned) {
             (SetSource::Files(steps), _) => match companions::companion(steps, index, frame.time) {
-                Some(step) => FrameData::open(step, cancel)?.points,
+                Some(step) => FrameData::open(step, series.sets().io_mode, cancel)?.points,
                 None => 0,
             },
             (_, Some(assigned)) => assigned.iter().filter(|&&set| usize::from(set) == i).count(),

@@ -7,6 +7,8 @@
 //! finds the arrays of a file, `dataset` and `frame_data` put pieces and parts together, `discover` finds the files of a
 //! series, `analysis` finds out what users were not asked, and `series` is what everybody else sees.
 
+#![forbid(unsafe_code)]
+
 mod analysis;
 mod array;
 mod codec;
@@ -27,5 +29,6 @@ pub mod writer;
 pub use error::Error;
 pub use filter::Region;
 pub use info::{AttributeSummary, FrameInfo, SetSummary, ValueCount};
+pub use meniscus_map_guard as map_guard;
 pub use options::{IoMode, SeriesOptions, SetSpec};
 pub use series::Series;

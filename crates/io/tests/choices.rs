@@ -6,7 +6,7 @@ use std::path::Path;
 
 use common::data_dir;
 use meniscus_core::{Cancel, Flaw, FrameRequest, FrameSource, RadiusChoice, SpacingSource, UpAxis};
-use meniscus_io::{Series, SeriesOptions};
+use meniscus_io::{IoMode, Series, SeriesOptions};
 
 fn open(path: &Path) -> Series {
     Series::open(path, &SeriesOptions::default()).unwrap_or_else(|e| panic!("{e}"))
@@ -63,6 +63,7 @@ fn what_the_user_says_is_no_choice() {
         radius: Some(0.002),
         up: Some(UpAxis::X),
         metres_per_unit: Some(0.01),
+        io_mode: IoMode::Map,
         ..Default::default()
     };
     let series = Series::open(&dir.join("sphere_entry/fluid.pvd"), &options).expect("opens");

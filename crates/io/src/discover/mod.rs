@@ -8,10 +8,10 @@ use std::path::{Path, PathBuf};
 
 use meniscus_core::Choice;
 
-use crate::Error;
 use crate::format::Format;
 use crate::format::xml::{self, Document};
 use crate::mapped::MappedFile;
+use crate::{Error, IoMode};
 
 /// One time of a series.
 #[derive(Clone, Debug, PartialEq)]
@@ -46,7 +46,7 @@ pub(crate) fn discover(input: &Path) -> Result<Found, Error> {
 }
 
 fn file(path: &Path) -> Result<Found, Error> {
-    let mapped = MappedFile::open(path)?;
+    let mapped = MappedFile::open(path, IoMode::Map)?;
     let steps = match Format::sniff(&mapped)? {
         Format::SeriesJson => collection::from_json(&mapped)?,
         Format::Xml if looks_like_collection(&mapped) => match xml::parse(&mapped)? {

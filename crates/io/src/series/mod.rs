@@ -109,7 +109,7 @@ impl Series {
     }
 
     pub(crate) fn frame_data(&self, index: usize, cancel: &Cancel) -> Result<FrameData, Error> {
-        FrameData::open(self.step(index)?, cancel)
+        FrameData::open(self.step(index)?, self.sets.io_mode, cancel)
     }
 
     pub(crate) fn sets(&self) -> &Plans {

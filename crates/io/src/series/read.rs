@@ -10,23 +10,37 @@ use crate::array::check;
 use crate::frame_data::FrameData;
 use crate::scalar::{ToF32, ToU64};
 
+/// Reads frame `index`; once more where somebody wrote to it meanwhile.
 pub(super) fn read(
     series: &Series,
     index: usize,
     request: &FrameRequest,
     cancel: &Cancel,
 ) -> Result<SetFrame, Error> {
+    match read_once(series, index, request, cancel) {
+        Err(Error::Changed { .. }) => read_once(series, index, request, cancel),
+        result => result,
+    }
+}
+
+fn read_once(
+    series: &Series,
+    index: usize,
+    request: &FrameRequest,
+    cancel: &Cancel,
+) -> Result<SetFrame, Error> {
     let step = series.step(index)?;
-    let frame = FrameData::open(step, cancel)?;
+    let frame = FrameData::open(step, series.sets.io_mode, cancel)?;
     let origin = origin_of(series.space.origin);
     let assigned = sets::assign(&series.sets, &frame, cancel)?;
     let mut dropped = 0;
     let mut particles = split(&frame, assigned, series.sets.len(), origin, request, cancel, &mut dropped)?;
+    frame.check_unchanged()?;
     let mut files = step.files.clone();
     for (set, plan) in particles.iter_mut().zip(series.sets.iter()) {
         let SetSource::Files(steps) = &plan.source else { continue };
         let Some(step) = companions::companion(steps, index, frame.time) else { continue };
-        let frame = FrameData::open(step, cancel)?;
+        let frame = FrameData::open(step, series.sets.io_mode, cancel)?;
         files.extend(step.files.iter().cloned());
         // What colours the water need not exist in the files beside it.
         let has = |name: &&String| frame.attribute(name).is_some();
@@ -34,6 +48,7 @@ pub(super) fn read(
         let real = series.sets.filter.without_ghosts(&frame, cancel)?;
         let assigned = real.map(|real| sets::only(&real));
         let mut own = split(&frame, assigned, 1, origin, &request, cancel, &mut dropped)?;
+        frame.check_unchanged()?;
         *set = own.pop().unwrap_or_default();
     }
     let mut flaws = Flaws::default();

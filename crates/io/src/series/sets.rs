@@ -9,7 +9,7 @@ use crate::discover::{TimeStep, discover};
 use crate::expression::Expression;
 use crate::filter::Filter;
 use crate::frame_data::FrameData;
-use crate::{Error, SeriesOptions};
+use crate::{Error, IoMode, SeriesOptions};
 
 /// Where the particles of a set come from.
 pub(crate) enum SetSource {
@@ -32,6 +32,7 @@ pub(crate) struct SetPlan {
 pub(crate) struct Plans {
     pub sets: Vec<SetPlan>,
     pub filter: Filter,
+    pub io_mode: IoMode,
 }
 
 impl Deref for Plans {
@@ -57,7 +58,7 @@ pub(super) fn plan(options: &SeriesOptions) -> Result<Plans, Error> {
         let (name, look) = (spec.name.clone(), spec.look);
         plans.push(SetPlan { name, look, source: source(&spec.pattern)? });
     }
-    Ok(Plans { sets: plans, filter: Filter::new(options) })
+    Ok(Plans { sets: plans, filter: Filter::new(options), io_mode: options.io_mode })
 }
 
 /// A pattern with a comparison is a selection, unless it names something on disk.

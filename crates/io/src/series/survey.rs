@@ -13,7 +13,7 @@ use crate::analysis::walls::Walls;
 use crate::analysis::{up, walls};
 use crate::array::check;
 use crate::discover::TimeStep;
-use crate::{Error, SeriesOptions};
+use crate::{Error, IoMode, SeriesOptions, mapped};
 
 pub(super) struct Survey {
     pub space: SeriesSpace,
@@ -68,6 +68,7 @@ pub(super) fn survey(
         choices.push(choice("unit", "m".into(), "VTK files do not state one".into(), "--unit"));
         1.0
     });
+    describe_io(&steps[index], plans, &mut choices);
     check(cancel)?;
     let bytes = view.positions.len() * if view.frame.id_attribute().is_some() { 20 } else { 12 };
     Ok(Survey {
@@ -99,6 +100,22 @@ fn find_walls(
     let same_particles = last.as_ref().filter(|last| last.positions.len() == view.positions.len());
     let later = same_particles.map(|last| last.positions_from(view.origin));
     walls::find(&view.frame, &view.positions, &selected, later.as_deref(), cancel)
+}
+
+/// Says how the first frame's files come into memory, unless the user has said.
+fn describe_io(step: &TimeStep, plans: &Plans, choices: &mut Vec<Choice>) {
+    if plans.io_mode != IoMode::Auto {
+        return;
+    }
+    let reason = step
+        .files
+        .iter()
+        .find_map(|file| mapped::reason_to_read(file, &std::fs::metadata(file).ok()?, plans.io_mode));
+    let (value, reason) = match reason {
+        Some(reason) => ("read in blocks", reason),
+        None => ("mapped", "local files at rest"),
+    };
+    choices.push(choice("files", value.into(), reason.into(), "--io"));
 }
 
 pub(super) fn choice(what: &str, value: String, reason: String, flag: &str) -> Choice {

@@ -31,7 +31,7 @@ pub(super) struct View {
 
 impl View {
     pub fn open(step: &TimeStep, plans: &Plans, cancel: &Cancel) -> Result<Self, Error> {
-        let frame = FrameData::open(step, cancel)?;
+        let frame = FrameData::open(step, plans.io_mode, cancel)?;
         // Rounding to f32 far from zero would eat into the estimates, so some point is subtracted before it. The way from there
         // to the origin is no longer than the data, and may be subtracted after it.
         let near = DVec3::from(frame.some_point(cancel)?);
@@ -41,6 +41,7 @@ impl View {
         let shift = (origin - near).as_vec3();
         let (bounds, all_finite) = shifted_bounds(&mut positions, shift);
         let sets = sets::assign(plans, &frame, cancel)?;
+        frame.check_unchanged()?;
         let water = water_sets(plans, sets.as_deref().unwrap_or_default());
         Ok(Self { frame, origin, positions, bounds, all_finite, sets, water })
     }
