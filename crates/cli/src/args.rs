@@ -2,8 +2,10 @@
 
 use std::path::PathBuf;
 
+use clap::builder::ArgPredicate;
 use clap::{Args, Parser, Subcommand, ValueEnum};
 use meniscus_core::UpAxis;
+use meniscus_io::{IoMode, Region};
 
 use crate::values::{CameraValue, CaseName, FrameRange, ImageSize, Parameter, Unit};
 
@@ -70,8 +72,15 @@ pub enum Command {
         meniscus render fluid.vtu -o milk.png --param lighting.attenuation_scale=20")]
     Render(RenderArgs),
     /// Measure the steady state: a camera that orbits half a degree every frame.
-    #[command(after_help = "Examples:\n  meniscus bench fluid.vtu --size 1280x720 --frames 20\n  \
-        meniscus bench fluid.vtu --lod 0.3 --json > lod.json")]
+    #[command(
+        after_help = "Examples:\n  meniscus bench fluid.vtu --size 1280x720 --frames 20\n  \
+        meniscus bench fluid.vtu --json > full.json\n  meniscus bench fluid.vtu --lod 0.3 --json > lod.json\n  \
+        meniscus bench --compare full.json lod.json",
+        mut_arg("input", |input| input
+            .required(false)
+            .required_unless_present("compare")
+            .default_value_if("compare", ArgPredicate::IsPresent, "-"))
+    )]
     Bench(BenchArgs),
     /// Make a particle series to try things on: analytic motion for size and regression, not a simulation.
     #[command(after_help = "Examples:\n  meniscus make dam-break -o dam --particles 100000 --frames 24\n  \
@@ -100,6 +109,26 @@ pub struct InputArgs {
     /// Which particles are water, e.g. 'type == 0 and z < 2'.
     #[arg(long = "where", value_name = "EXPR")]
     pub where_expr: Option<String>,
+
+    /// Take every n-th particle: by id where the file has one, so that the same ones are taken in every frame.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub every: Option<u32>,
+
+    /// Take the particles inside this box, in the file's coordinates; a limit left empty does not limit.
+    #[arg(long = "box", value_name = "xmin,xmax,ymin,ymax,zmin,zmax", allow_hyphen_values = true)]
+    pub region: Option<Region>,
+
+    /// Time between frames [default: what the files state].
+    #[arg(long = "dt", value_name = "SECONDS", allow_negative_numbers = true, value_parser = crate::values::positive)]
+    pub time_step: Option<f64>,
+
+    /// How files come into memory; auto maps local files at rest, and reads those on a network or just written.
+    #[arg(long = "io", value_name = "auto|map|read", default_value = "auto")]
+    pub io_mode: IoMode,
+
+    /// Keep points that the file marks as ghosts: copies that a neighbouring process owns.
+    #[arg(long)]
+    pub keep_ghosts: bool,
 
     /// Axis that points up.
     #[arg(long, value_enum, default_value_t = UpArg::Auto)]
@@ -247,9 +276,13 @@ pub struct BenchArgs {
     #[arg(long, default_value_t = 20, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: u32,
 
-    /// Pictures drawn before measuring.
+    /// Pictures drawn before measuring; a few more while they still get faster, none for 0.
     #[arg(long, default_value_t = 3, value_name = "K", value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub warmup: u32,
+
+    /// Draw nothing; print the ratios B / A of two runs, from `bench --json` or `render --report`.
+    #[arg(long, num_args = 2, value_names = ["A.json", "B.json"], conflicts_with = "input")]
+    pub compare: Vec<PathBuf>,
 
     /// Print JSON.
     #[arg(long)]

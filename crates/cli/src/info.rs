@@ -1,6 +1,6 @@
 //! `meniscus info`.
 
-use meniscus_core::FrameSource;
+use meniscus_core::{Cancel, FrameSource};
 use meniscus_io::FrameInfo;
 use serde_json::json;
 
@@ -10,7 +10,8 @@ use crate::input;
 use crate::terminal::{Terminal, print};
 
 pub fn run(args: &InfoArgs, terminal: &Terminal) -> Result<(), Failure> {
-    let series = input::open(&args.input)?;
+    // Nothing is written: Ctrl-C may end the process as it is.
+    let series = input::open(&args.input, &Cancel::default())?;
     let frames = series.frame_count();
     if args.frame >= frames {
         return Err(Failure::Usage(format!(

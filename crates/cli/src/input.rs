@@ -2,13 +2,14 @@
 
 use std::path::Path;
 
+use meniscus_core::Cancel;
 use meniscus_io::{Series, SeriesOptions, SetSpec};
 
 use crate::args::InputArgs;
 use crate::failure::Failure;
 
-/// Opens what the flags name.
-pub fn open(args: &InputArgs) -> Result<Series, Failure> {
+/// Opens what the flags name, unless `cancel` stops it: surveying a large first frame takes seconds.
+pub fn open(args: &InputArgs, cancel: &Cancel) -> Result<Series, Failure> {
     let sets = args.sets.iter().map(|text| SetSpec::parse(text)).collect::<Result<Vec<_>, _>>()?;
     let options = SeriesOptions {
         where_expr: args.where_expr.clone(),
@@ -17,7 +18,11 @@ pub fn open(args: &InputArgs) -> Result<Series, Failure> {
         radius: args.radius,
         up: args.up.axis(),
         metres_per_unit: args.unit.map(|unit| unit.0),
-        ..SeriesOptions::default()
+        every: args.every,
+        region: args.region,
+        time_step: args.time_step,
+        keep_ghosts: args.keep_ghosts,
+        io_mode: args.io_mode,
     };
-    Ok(Series::open(Path::new(&args.input), &options)?)
+    Ok(Series::open_unless(Path::new(&args.input), &options, cancel)?)
 }

@@ -25,7 +25,7 @@ pub fn run(
     let pattern = OutputPattern::parse(&args.output)?;
     args.report.as_deref().map_or(Ok(()), picture::prepare_report_path)?;
     let cancel = interrupt();
-    let series = Arc::new(input::open(&args.input)?);
+    let series = Arc::new(input::open(&args.input, &cancel)?);
     let frames = wanted_frames(args, series.frame_count())?;
     pattern.check(frames.len())?;
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;

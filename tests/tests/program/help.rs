@@ -56,7 +56,8 @@ fn the_examples_run() {
                 .replace("1280x720", "64x36")
                 .replace("1920x1080", "64x36")
                 .replace("--frames 20", "--frames 1");
-            let size = if command == "render" && !small.contains("--size") { "--size 64x36" } else { "" };
+            let draws = command != "info" && !small.contains("--compare");
+            let size = if draws && !small.contains("--size") { "--size 64x36" } else { "" };
             program.run(&small.replacen(command, &format!("{command} {size}"), 1)).ok();
             run += 1;
         }

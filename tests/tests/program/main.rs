@@ -3,6 +3,7 @@
 mod absurd;
 mod adapters;
 mod bench;
+mod compare;
 mod errors;
 mod help;
 mod info;
@@ -11,6 +12,7 @@ mod look;
 mod parameters;
 mod report;
 mod same_bytes;
+mod selection;
 mod sequence;
 mod walls;
 

@@ -1,23 +1,25 @@
 //! `meniscus bench`: the steady state, as the user's machine has it.
 
+mod compare;
 mod report;
 mod spread;
 mod stages;
 mod table;
 
-use std::time::Instant;
+use std::time::{Instant, SystemTime};
 
 use meniscus_core::{Cancel, FrameRequest, FrameSource, StageCost};
 use meniscus_gpu::{Timing, process_cpu_ms};
 use meniscus_pipeline::{PreparedFrame, Registry};
 
-use self::report::{BenchReport, FrameSpread};
+use self::report::{BenchReport, FrameSpread, StageSpread};
 use self::spread::Spread;
 use self::stages::StageSamples;
 use crate::args::{BenchArgs, Global};
 use crate::failure::Failure;
 use crate::input;
 use crate::picture::{self, Studio};
+use crate::report::RenderReport;
 use crate::terminal::{Terminal, interrupt, print};
 
 /// How far the camera goes around its target every frame.
@@ -32,32 +34,50 @@ pub fn run(
     registry: Registry,
     terminal: &Terminal,
 ) -> Result<(), Failure> {
+    if !args.compare.is_empty() {
+        return compare::run(&args.compare, args.json);
+    }
     let Some(settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
     let cancel = interrupt();
-    let series = input::open(&args.input)?;
+    let series = input::open(&args.input, &cancel)?;
     if args.frame >= series.frame_count() {
         let last = series.frame_count().max(1) - 1;
         return Err(Failure::Usage(format!("--frame {}: the series has frames 0 to {last}", args.frame)));
     }
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
-    let frame = series.read(args.frame, &FrameRequest::default(), &cancel)?;
-    terminal.flaws(&frame.flaws);
+    let preparer = studio.renderer.preparer(&studio.world);
+    let (mut read_ms, mut prepare_ms) = (Vec::new(), Vec::new());
+    let frame = loop {
+        let started = Instant::now();
+        let frame = series.read(args.frame, &FrameRequest::default(), &cancel)?;
+        read_ms.push(ms_since(started));
+        let (flaws, started) = (frame.flaws.clone(), Instant::now());
+        let frame = preparer.prepare(frame);
+        prepare_ms.push(ms_since(started));
+        if read_ms.len() == READS {
+            terminal.flaws(&flaws);
+            break frame;
+        }
+    };
     let mut flaws = studio.flaws.clone();
     flaws.merge(&frame.flaws);
-    let frame = studio.renderer.preparer(&studio.world).prepare(frame);
 
     let bar = terminal.progress(u64::from(args.warmup + args.frames + ISOLATED_FRAMES), "pictures");
     let mut orbit = Orbit { step: 0 };
-    for _ in 0..args.warmup {
+    let warmup_ms = warm_up(args.warmup, || {
+        let started = Instant::now();
         orbit.draw(&mut studio, &frame, &cancel)?;
+        // Else the measured pictures would get the clocks of these.
+        studio.renderer.take_costs();
         bar.inc(1);
-    }
+        Ok(ms_since(started))
+    })?;
     let (mut wall, mut cpu, mut gpu) = (Vec::new(), Vec::new(), Vec::new());
     let mut stages = StageSamples::default();
     for _ in 0..args.frames {
         let (started, cpu_before) = (Instant::now(), process_cpu_ms());
         orbit.draw(&mut studio, &frame, &cancel)?;
-        wall.push(started.elapsed().as_secs_f64() * 1e3);
+        wall.push(ms_since(started));
         cpu.push(process_cpu_ms() - cpu_before);
         let costs = studio.renderer.take_costs();
         let stamps: Vec<f64> = costs.iter().filter_map(|c| c.gpu_ms).collect();
@@ -77,17 +97,28 @@ pub fn run(
         bar.inc(1);
     }
     bar.finish_and_clear();
-
     let summary = studio.renderer.gpu().summary().clone();
     let report = BenchReport {
+        command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
+        unix_time_s: SystemTime::UNIX_EPOCH.elapsed().map_or(0, |age| age.as_secs()),
+        setup: setup(&studio, &series),
+        input: args.input.input.clone(),
+        series_frame: args.frame,
+        pictures: args.frames,
+        warmup_pictures: warmup_ms.len() as u32,
+        orbit_deg_per_picture: ORBIT_DEG_PER_FRAME,
+        threads: rayon::current_num_threads(),
         adapter: summary.name,
         driver: summary.driver,
         size: studio.size,
         particles: counts.input,
         kept: counts.kept,
         covered_fraction: studio.renderer.covered_fraction()?,
+        read_ms: Spread::of(&read_ms),
+        prepare_ms: Spread::of(&prepare_ms),
+        first_picture_ms: warmup_ms.first().copied(),
         frame: FrameSpread { wall_ms: Spread::of(&wall), cpu_ms: Spread::of(&cpu), gpu_ms: Spread::of(&gpu) },
-        stages: stages.medians(),
+        stages: StageSpread::all(&stages),
         peak_bytes: studio.renderer.gpu().memory().peak(),
         flaws,
     };
@@ -97,6 +128,44 @@ pub fn run(
         table::print_table(&report);
     }
     Ok(())
+}
+
+/// How often the frame is read and prepared, to see how much that varies.
+const READS: usize = 3;
+
+/// Pictures that may be added to the warm-up.
+const MOST_EXTRA_WARMUP: usize = 10;
+
+/// A picture this much faster than the one before it says that the machine was not warm: drivers compile in the background.
+/// Less is noise.
+const STILL_WARMING: f64 = 0.75;
+
+/// Draws at least `asked` pictures, and more while each is clearly faster than the one before; none for none. Gives the
+/// milliseconds of each.
+fn warm_up(asked: u32, mut draw: impl FnMut() -> Result<f64, Failure>) -> Result<Vec<f64>, Failure> {
+    let mut times = Vec::new();
+    if asked == 0 {
+        return Ok(times);
+    }
+    let asked = asked as usize;
+    loop {
+        times.push(draw()?);
+        let faster = matches!(times[..], [.., before, last] if last < STILL_WARMING * before);
+        if times.len() >= asked && (!faster || times.len() >= asked + MOST_EXTRA_WARMUP) {
+            return Ok(times);
+        }
+    }
+}
+
+fn ms_since(started: Instant) -> f64 {
+    started.elapsed().as_secs_f64() * 1e3
+}
+
+/// The entries of a render report that decide what a picture costs.
+fn setup(studio: &Studio, series: &meniscus_io::Series) -> serde_json::Map<String, serde_json::Value> {
+    let report = serde_json::to_value(RenderReport::new(studio, series)).unwrap_or_default();
+    let keys = ["version", "device", "camera", "space", "settings", "choices"];
+    keys.iter().map(|key| ((*key).to_owned(), report[key].clone())).collect()
 }
 
 /// The camera's way around the scene.
@@ -115,5 +184,26 @@ impl Orbit {
         camera.eye = camera.target + glam::Quat::from_axis_angle(axis, angle) * (camera.eye - camera.target);
         self.step += 1;
         Ok(studio.renderer.draw_and_wait(frame, &studio.world, &camera, studio.size)?)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Number of warm-up pictures when they take these times.
+    fn pictures(asked: u32, times: &[f64]) -> usize {
+        let mut times = times.iter();
+        warm_up(asked, || Ok(*times.next().unwrap())).unwrap().len()
+    }
+
+    #[test]
+    fn warming_up_goes_on_while_pictures_get_faster() {
+        assert_eq!(pictures(0, &[]), 0);
+        assert_eq!(pictures(1, &[100.0]), 1);
+        assert_eq!(pictures(2, &[100.0, 99.0]), 2);
+        assert_eq!(pictures(2, &[100.0, 50.0, 20.0, 19.0]), 4);
+        let halves: Vec<f64> = (0..20).map(|i| 0.5_f64.powi(i)).collect();
+        assert_eq!(pictures(3, &halves), 3 + MOST_EXTRA_WARMUP);
     }
 }

@@ -26,20 +26,12 @@ impl StageSamples {
         }
     }
 
-    pub fn medians(&self) -> Vec<StageCost> {
-        let median = |samples: &[f64]| Spread::of(samples).map(|s| s.median);
-        self.order
-            .iter()
-            .map(|name| {
-                let [gpu, wall, cpu] = &self.samples[name];
-                StageCost {
-                    name: name.clone(),
-                    gpu_ms: median(gpu),
-                    wall_ms: median(wall),
-                    cpu_ms: median(cpu),
-                }
-            })
-            .collect()
+    /// GPU, wall and CPU milliseconds of every stage; `None` for a clock without samples.
+    pub fn spreads(&self) -> impl Iterator<Item = (&str, [Option<Spread>; 3])> {
+        self.order.iter().map(|name| {
+            let clocks = &self.samples[name];
+            (name.as_str(), [0, 1, 2].map(|clock| Spread::of(&clocks[clock])))
+        })
     }
 }
 
@@ -53,8 +45,8 @@ mod tests {
         let mut samples = StageSamples::default();
         samples.add(vec![cost("b", Some(1.0)), cost("a", None)]);
         samples.add(vec![cost("b", Some(3.0)), cost("a", None)]);
-        let medians = samples.medians();
-        assert_eq!(medians[0], cost("b", Some(2.0)));
-        assert_eq!(medians[1], cost("a", None));
+        let spreads: Vec<_> = samples.spreads().collect();
+        let gpu = Some(Spread { median: 2.0, min: 1.0, max: 3.0 });
+        assert_eq!(spreads, [("b", [gpu, None, None]), ("a", [None; 3])]);
     }
 }
