@@ -59,6 +59,15 @@ pub enum Error {
     )]
     NothingMeasured { package: String, stage: String },
 
+    #[error("{0}")]
+    NoPeer(String),
+
+    #[error("{}: the tools read different numbers of points: {}", file.display(), points.iter().map(u64::to_string).collect::<Vec<_>>().join(", "))]
+    UnlikePeers { file: PathBuf, points: Vec<u64> },
+
+    #[error("the output of `{command}` is not the JSON that was expected: {source}")]
+    Unexpected { command: String, source: serde_json::Error },
+
     /// The report has said so already, and its last line is to stay the last.
     #[error("tests failed")]
     TestsReported,

@@ -10,6 +10,8 @@ mod check;
 mod demo;
 mod drivers;
 mod error;
+mod machine;
+mod peers;
 mod prerequisites;
 mod process;
 mod sabotage;
@@ -34,6 +36,7 @@ enum Command {
     Check(check::Options),
     Test(test::Options),
     Demo(demo::Options),
+    Peers(peers::Options),
     Sabotage(sabotage::Options),
 }
 
@@ -43,6 +46,7 @@ fn main() -> ExitCode {
         Command::Check(options) => check::run(&options),
         Command::Test(options) => test::run(&options),
         Command::Demo(options) => demo::run(&options),
+        Command::Peers(options) => peers::run(&options),
         Command::Sabotage(options) => sabotage::run(&options),
     };
     match outcome {

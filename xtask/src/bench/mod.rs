@@ -1,7 +1,6 @@
 //! `cargo xtask bench`: what each stage costs, and whether that has changed.
 
 mod baselines;
-mod machine;
 mod record;
 mod report;
 
@@ -82,7 +81,7 @@ pub fn run(options: &Options) -> Result<()> {
     let baseline = options.baseline.as_deref().map(|name| baselines.load(name, &names)).transpose()?;
     let variables = prerequisites::ensure(metadata.workspace_root.as_std_path(), options.install)?;
     run_process(cargo(arguments(&stages)).arg("--no-run").current_dir(&metadata.workspace_root))?;
-    println!("{}", machine::state());
+    println!("{}", crate::machine::state());
 
     std::fs::create_dir_all(&folder).map_err(|source| Error::File { path: folder.clone().into(), source })?;
     let run = folder.join("run.jsonl");
