@@ -4,13 +4,24 @@ use std::path::Path;
 
 use meniscus_core::{Cancel, Flaw, FrameRequest, FrameSource};
 use meniscus_io::writer::{
-    Values, WriteAttribute, WriteParticles, write_legacy_binary, write_vtu_raw, write_vtu_zlib,
+    Encoding, Format, Values, WriteAttribute, WriteParticles, write, write_legacy_binary, write_pvd,
+    write_vtu_raw,
 };
 use meniscus_io::{Error, Series, SeriesOptions, SetSpec};
 
 type Write = fn(&Path, &WriteParticles<'_>) -> Result<(), Error>;
-const FORMATS: [(&str, Write); 3] =
-    [("raw.vtu", write_vtu_raw), ("zlib.vtu", write_vtu_zlib), ("binary.vtk", write_legacy_binary)];
+const FORMATS: [(&str, Write); 10] = [
+    ("raw.vtu", write_vtu_raw),
+    ("zlib.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Zlib))),
+    ("ascii.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Ascii))),
+    ("base64.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Base64))),
+    ("raw.vtp", |path, p| write(path, p, Format::Vtp(Encoding::Raw))),
+    ("zlib.vtp", |path, p| write(path, p, Format::Vtp(Encoding::Zlib))),
+    ("ascii.vtp", |path, p| write(path, p, Format::Vtp(Encoding::Ascii))),
+    ("base64.vtp", |path, p| write(path, p, Format::Vtp(Encoding::Base64))),
+    ("binary.vtk", write_legacy_binary),
+    ("ascii.vtk", |path, p| write(path, p, Format::LegacyAscii)),
+];
 
 /// A lattice at map coordinates, with ids that count down.
 struct Case {
@@ -206,4 +217,79 @@ fn a_cancelled_read_says_so() {
     cancel.cancel();
     let error = series.read(0, &FrameRequest::default(), &cancel).expect_err("cancelled");
     assert_eq!(error.kind.as_str(), "cancelled");
+}
+
+#[test]
+fn text_holds_every_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let numbers = [0.1, -1e300, 5e-324, f64::MAX, 1e15, 123_456_789.123_456_78, -0.0, 1e-4];
+    let singles: Vec<f32> = numbers.map(|v| (v as f32).clamp(f32::MIN, f32::MAX)).to_vec();
+    let attributes = [
+        WriteAttribute { name: "d", components: 1, values: Values::F64(&numbers) },
+        WriteAttribute { name: "f", components: 1, values: Values::F32(&singles) },
+        WriteAttribute { name: "n", components: 1, values: Values::F32(&[f32::NAN; 8]) },
+    ];
+    let positions = numbers.map(|v| [v / 1e280, 0.0, 0.0]);
+    let particles = WriteParticles { positions: &positions, attributes: &attributes, time: None };
+    for (name, format) in [("a.vtk", Format::LegacyAscii), ("a.vtu", Format::Vtu(Encoding::Ascii))] {
+        let path = folder.path().join(name);
+        write(&path, &particles, format).expect(name);
+        let series = Series::open(&path, &SeriesOptions::default()).expect(name);
+        let request = FrameRequest { attributes: vec!["f".into(), "n".into()] };
+        let frame = series.read(0, &request, &Cancel::default()).expect(name);
+        assert_eq!(frame.sets[0].particles.attributes[0].values, singles, "{name}");
+        assert!(frame.sets[0].particles.attributes[1].values.iter().all(|v| v.is_nan()), "{name}");
+        let info = series.frame_info(0, true).expect(name);
+        assert_eq!(info.attributes[0].min, Some(vec![Some(-1e300)]), "{name}");
+        assert_eq!(info.attributes[0].max, Some(vec![Some(f64::MAX)]), "{name}");
+    }
+}
+
+#[test]
+fn conversion_keeps_numbers_types_and_the_selection() {
+    let case = Case::new(9);
+    let folder = tempfile::tempdir().expect("a folder");
+    let source = folder.path().join("source.vtu");
+    case.write(&source, write_vtu_raw);
+    let options = SeriesOptions { where_expr: Some("z < 0.35".into()), ..Default::default() };
+    let selected = Series::open(&source, &options).expect("opens");
+    let listed = |path: &Path| {
+        let series = Series::open(path, &SeriesOptions::default()).expect("opens");
+        let mut info = series.frame_info(0, true).expect("reads");
+        info.file.clear();
+        (info.points, info.time, info.bounds, info.centroid, format!("{:?}", info.attributes))
+    };
+    let first = folder.path().join("first.vtu");
+    let cancel = Cancel::default();
+    let count = selected.convert_frame(0, &first, Format::Vtu(Encoding::Raw), &cancel).expect("converts");
+    assert_eq!(count, 4 * 81);
+    let expected = listed(&first);
+    assert_eq!((expected.0, expected.1), (count, Some(0.25)));
+    assert!(expected.4.contains("\"UInt8\"") && expected.4.contains("\"Int64\""), "{}", expected.4);
+    // Around through every format and back: nothing is lost on the way.
+    let around = Series::open(&first, &SeriesOptions::default()).expect("opens");
+    for (name, format) in [
+        ("a.vtk", Format::LegacyAscii),
+        ("b.vtk", Format::LegacyBinary),
+        ("c.vtp", Format::Vtp(Encoding::Ascii)),
+        ("d.vtp", Format::Vtp(Encoding::Zlib)),
+        ("e.vtu", Format::Vtu(Encoding::Base64)),
+    ] {
+        let path = folder.path().join(name);
+        around.convert_frame(0, &path, format, &cancel).expect(name);
+        assert_eq!(listed(&path), expected, "{name}");
+    }
+}
+
+#[test]
+fn collections_come_back_with_times() {
+    let folder = tempfile::tempdir().expect("a folder");
+    Case::new(3).write(&folder.path().join("a & b.vtu"), write_vtu_raw);
+    Case::new(4).write(&folder.path().join("c.vtu"), write_vtu_raw);
+    let path = folder.path().join("all.pvd");
+    write_pvd(&path, &[(0.5, "a & b.vtu".into()), (1.25, "c.vtu".into())]).expect("written");
+    let series = Series::open(&path, &SeriesOptions::default()).expect("opens");
+    assert_eq!(series.times(), [Some(0.5), Some(1.25)]);
+    let read = |i| series.read(i, &FrameRequest::default(), &Cancel::default()).expect("reads").len();
+    assert_eq!((read(0), read(1)), (27, 64));
 }

@@ -1,6 +1,7 @@
 //! A series of particle frames: the reader that the rest of the program sees.
 
 pub(crate) mod companions;
+mod convert;
 mod lengths;
 mod parts;
 mod read;

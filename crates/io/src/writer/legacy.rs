@@ -1,50 +1,62 @@
-use std::io::Write;
+//! Legacy files, version 5.1: an unstructured grid of vertex cells.
+
+use std::io::{Result, Write};
 use std::path::Path;
 
-use super::{Values, WriteParticles, counting, write_beside, write_values};
+use super::{VERTEX, Values, WriteParticles, counting, text, write_beside, write_values};
 use crate::Error;
 
-/// VTK's number of the vertex cell.
-const VERTEX: i32 = 1;
-
-/// Writes `particles` to `path` as a legacy binary file, version 5.1 (big endian), an unstructured grid of vertex cells.
-///
-/// # Errors
-/// [`Error::Io`] when the system refuses, [`Error::Usage`] when an attribute does not fit the number of particles.
-pub fn write_legacy_binary(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
-    particles.validate()?;
+pub(super) fn write(
+    path: &Path,
+    particles: &WriteParticles<'_>,
+    binary: bool,
+) -> std::result::Result<(), Error> {
     let count = particles.positions.len();
     write_beside(path, |w| {
-        write!(w, "# vtk DataFile Version 5.1\nparticles\nBINARY\nDATASET UNSTRUCTURED_GRID\n")?;
+        let mode = if binary { "BINARY" } else { "ASCII" };
+        write!(w, "# vtk DataFile Version 5.1\nparticles\n{mode}\nDATASET UNSTRUCTURED_GRID\n")?;
         if let Some(time) = particles.time {
             write!(w, "FIELD FieldData 1\nTimeValue 1 1 double\n")?;
-            w.write_all(&time.to_be_bytes())?;
-            writeln!(w)?;
+            numbers(w, Values::F64(&[time]), binary)?;
+            end(w, binary)?;
         }
         writeln!(w, "POINTS {count} double")?;
-        write_values(w, Values::F64(particles.positions.as_flattened()), true)?;
-        write!(w, "\nCELLS {} {count}\nOFFSETS vtktypeint64\n", count + 1)?;
-        for piece in counting(0, count + 1) {
-            write_values(w, Values::I64(&piece), true)?;
+        numbers(w, Values::F64(particles.positions.as_flattened()), binary)?;
+        end(w, binary)?;
+        let offsets = count + 1;
+        write!(w, "CELLS {offsets} {count}\nOFFSETS vtktypeint64\n")?;
+        for piece in counting(0, offsets) {
+            numbers(w, Values::I64(&piece), binary)?;
         }
-        write!(w, "\nCONNECTIVITY vtktypeint64\n")?;
+        end(w, binary)?;
+        writeln!(w, "CONNECTIVITY vtktypeint64")?;
         for piece in counting(0, count) {
-            write_values(w, Values::I64(&piece), true)?;
+            numbers(w, Values::I64(&piece), binary)?;
         }
-        write!(w, "\nCELL_TYPES {count}\n")?;
+        end(w, binary)?;
+        writeln!(w, "CELL_TYPES {count}")?;
         for piece in counting(0, count) {
-            let types = vec![VERTEX; piece.len()];
-            write_values(w, Values::I32(&types), true)?;
+            numbers(w, Values::I32(&vec![VERTEX.into(); piece.len()]), binary)?;
         }
-        write!(w, "\nPOINT_DATA {count}\nFIELD FieldData {}\n", particles.attributes.len())?;
+        end(w, binary)?;
+        write!(w, "POINT_DATA {count}\nFIELD FieldData {}\n", particles.attributes.len())?;
         for attribute in particles.attributes {
             let (name, ty) = (encoded(attribute.name), attribute.values.type_names().1);
             writeln!(w, "{name} {} {count} {ty}", attribute.components)?;
-            write_values(w, attribute.values, true)?;
-            writeln!(w)?;
+            numbers(w, attribute.values, binary)?;
+            end(w, binary)?;
         }
         Ok(())
     })
+}
+
+fn numbers(writer: &mut impl Write, values: Values<'_>, binary: bool) -> Result<()> {
+    if binary { write_values(writer, values, true) } else { text::write(writer, values) }
+}
+
+/// Text ends its own lines.
+fn end(writer: &mut impl Write, binary: bool) -> Result<()> {
+    if binary { writeln!(writer) } else { Ok(()) }
 }
 
 /// A name as one word: VTK writes blanks, quotes, `%` and what is not ASCII as `%xx`.

@@ -3,7 +3,10 @@
 //! Every particle becomes a vertex cell, so that ParaView draws it. A file is written beside its place and renamed at the
 //! end: a program that watches the folder never meets half a file.
 
+mod collection;
+mod inline;
 mod legacy;
+mod text;
 mod vtu;
 
 use std::fs::File;
@@ -12,8 +15,104 @@ use std::path::Path;
 
 use crate::Error;
 
-pub use legacy::write_legacy_binary;
-pub use vtu::{write_vtu_raw, write_vtu_zlib};
+pub use collection::write_pvd;
+
+/// A kind of file, and how the numbers are stored in it.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Format {
+    /// `.vtk`, version 5.1, as text.
+    LegacyAscii,
+    /// `.vtk`, version 5.1, big-endian numbers.
+    LegacyBinary,
+    /// `.vtu`, an unstructured grid.
+    Vtu(Encoding),
+    /// `.vtp`, poly data.
+    Vtp(Encoding),
+}
+
+/// How an XML file stores numbers. All but text are little endian with 64-bit sizes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Encoding {
+    /// Text, with as many digits as it takes to read the same numbers.
+    Ascii,
+    /// Base64 where the array is declared.
+    Base64,
+    /// As they are in memory, behind the markup: the fastest to read.
+    Raw,
+    /// Blocks compressed with zlib, behind the markup: the smallest.
+    Zlib,
+}
+
+/// Writes `particles` to `path`.
+///
+/// # Errors
+/// [`Error::Io`] when the system refuses, [`Error::Usage`] when an attribute does not fit the number of particles.
+pub fn write(path: &Path, particles: &WriteParticles<'_>, format: Format) -> Result<(), Error> {
+    particles.validate()?;
+    let kind = if matches!(format, Format::Vtp(_)) { XmlKind::PolyData } else { XmlKind::Grid };
+    match format {
+        Format::LegacyAscii => legacy::write(path, particles, false),
+        Format::LegacyBinary => legacy::write(path, particles, true),
+        Format::Vtu(encoding) | Format::Vtp(encoding) => match encoding {
+            Encoding::Ascii => inline::write(path, particles, kind, true),
+            Encoding::Base64 => inline::write(path, particles, kind, false),
+            Encoding::Raw => vtu::write(path, particles, kind, false),
+            Encoding::Zlib => vtu::write(path, particles, kind, true),
+        },
+    }
+}
+
+/// [`write`] as [`Format::LegacyBinary`].
+///
+/// # Errors
+/// As [`write`].
+pub fn write_legacy_binary(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
+    write(path, particles, Format::LegacyBinary)
+}
+
+/// [`write`] as `.vtu` with [`Encoding::Raw`].
+///
+/// # Errors
+/// As [`write`].
+pub fn write_vtu_raw(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
+    write(path, particles, Format::Vtu(Encoding::Raw))
+}
+
+/// [`write`] as `.vtu` with [`Encoding::Zlib`].
+///
+/// # Errors
+/// As [`write`].
+pub fn write_vtu_zlib(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
+    write(path, particles, Format::Vtu(Encoding::Zlib))
+}
+
+/// Which kind of data set the particles are written as.
+#[derive(Clone, Copy, PartialEq)]
+enum XmlKind {
+    Grid,
+    PolyData,
+}
+
+impl XmlKind {
+    /// Name of the data set.
+    fn name(self) -> &'static str {
+        if self == Self::Grid { "UnstructuredGrid" } else { "PolyData" }
+    }
+
+    /// The `Piece` element that `count` particles open.
+    fn piece(self, count: usize) -> String {
+        let cells = if self == Self::Grid { "NumberOfCells" } else { "NumberOfVerts" };
+        format!("<Piece NumberOfPoints=\"{count}\" {cells}=\"{count}\">")
+    }
+
+    /// Name of the element with the vertex cells.
+    fn cells(self) -> &'static str {
+        if self == Self::Grid { "Cells" } else { "Verts" }
+    }
+}
+
+/// VTK's number of the vertex cell.
+const VERTEX: u8 = 1;
 
 /// The numbers of an attribute.
 #[derive(Clone, Copy, Debug)]

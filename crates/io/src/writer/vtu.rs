@@ -1,3 +1,5 @@
+//! XML files whose numbers stand behind the markup.
+
 use std::fmt::Write as _;
 use std::fs::File;
 use std::io::{BufWriter, Result, Seek, SeekFrom, Write};
@@ -7,40 +9,26 @@ use flate2::Compression;
 use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
-use super::{Values, WriteParticles, counting, write_beside, write_values};
+use super::{VERTEX, Values, WriteParticles, XmlKind, counting, write_beside, write_values};
 use crate::Error;
 
 /// Bytes per compressed block, as VTK writes them.
 const BLOCK: usize = 1 << 15;
 
-/// VTK's number of the vertex cell.
-const VERTEX: u8 = 1;
-
 /// Digits of the largest offset; the offsets are only known once the data is written, so their room is kept.
 const OFFSET_WIDTH: usize = 20;
 
-/// Writes `particles` to `path` as a `.vtu` file with raw appended data (little endian, 64-bit sizes, not compressed).
-///
-/// # Errors
-/// [`Error::Io`] when the system refuses, [`Error::Usage`] when an attribute does not fit the number of particles.
-pub fn write_vtu_raw(path: &Path, particles: &WriteParticles<'_>) -> std::result::Result<(), Error> {
-    write(path, particles, false)
-}
-
-/// Writes `particles` to `path` as a `.vtu` file with appended data in zlib blocks (little endian, 64-bit sizes).
-///
-/// # Errors
-/// As [`write_vtu_raw`].
-pub fn write_vtu_zlib(path: &Path, particles: &WriteParticles<'_>) -> std::result::Result<(), Error> {
-    write(path, particles, true)
-}
-
-fn write(path: &Path, particles: &WriteParticles<'_>, zlib: bool) -> std::result::Result<(), Error> {
-    particles.validate()?;
+/// Writes `particles` to `path` as `kind` with appended data (little endian, 64-bit sizes), in zlib blocks or as it is.
+pub(super) fn write(
+    path: &Path,
+    particles: &WriteParticles<'_>,
+    kind: XmlKind,
+    zlib: bool,
+) -> std::result::Result<(), Error> {
     write_beside(path, |writer| {
         let count = particles.positions.len();
         let mut offsets = vec![0; particles.attributes.len() + 5];
-        let head = header(particles, zlib, &offsets);
+        let head = header(particles, kind, zlib, &offsets);
         writer.write_all(head.as_bytes())?;
         let mut data = Appended { writer, zlib, written: 0, offsets: Vec::new() };
         data.array(Values::F64(particles.time.as_slice()))?;
@@ -50,17 +38,19 @@ fn write(path: &Path, particles: &WriteParticles<'_>, zlib: bool) -> std::result
         data.array(Values::F64(particles.positions.as_flattened()))?;
         data.integers(0, count)?;
         data.integers(1, count)?;
-        data.array(Values::U8(&vec![VERTEX; count]))?;
+        if kind == XmlKind::Grid {
+            data.array(Values::U8(&vec![VERTEX; count]))?;
+        }
         offsets = data.offsets;
         write!(writer, "\n  </AppendedData>\n</VTKFile>\n")?;
         // Same length as before: only the digits of the offsets change, and their room is padded.
         writer.seek(SeekFrom::Start(0))?;
-        writer.write_all(header(particles, zlib, &offsets).as_bytes())
+        writer.write_all(header(particles, kind, zlib, &offsets).as_bytes())
     })
 }
 
 /// Everything up to the underscore before the data. `offsets`: time, attributes, points, connectivity, offsets, types.
-fn header(particles: &WriteParticles<'_>, zlib: bool, offsets: &[u64]) -> String {
+fn header(particles: &WriteParticles<'_>, kind: XmlKind, zlib: bool, offsets: &[u64]) -> String {
     let count = particles.positions.len();
     let mut offsets = offsets.iter();
     let mut text = String::new();
@@ -82,18 +72,19 @@ fn header(particles: &WriteParticles<'_>, zlib: bool, offsets: &[u64]) -> String
     line(
         0,
         &format!(
-            "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" \
-             header_type=\"UInt64\"{compressor}>"
+            "<VTKFile type=\"{}\" version=\"1.0\" byte_order=\"LittleEndian\" \
+             header_type=\"UInt64\"{compressor}>",
+            kind.name()
         ),
     );
-    line(2, "<UnstructuredGrid>");
+    line(2, &format!("<{}>", kind.name()));
     let time = array("Float64", "TimeValue", " NumberOfTuples=\"1\"");
     if particles.time.is_some() {
         line(4, "<FieldData>");
         line(6, &time);
         line(4, "</FieldData>");
     }
-    line(4, &format!("<Piece NumberOfPoints=\"{count}\" NumberOfCells=\"{count}\">"));
+    line(4, &kind.piece(count));
     line(6, "<PointData>");
     for attribute in particles.attributes {
         let components = format!(" NumberOfComponents=\"{}\"", attribute.components);
@@ -103,13 +94,16 @@ fn header(particles: &WriteParticles<'_>, zlib: bool, offsets: &[u64]) -> String
     line(6, "<Points>");
     line(8, &array("Float64", "Points", " NumberOfComponents=\"3\""));
     line(6, "</Points>");
-    line(6, "<Cells>");
-    for (ty, name) in [("Int64", "connectivity"), ("Int64", "offsets"), ("UInt8", "types")] {
+    line(6, &format!("<{}>", kind.cells()));
+    for (ty, name) in [("Int64", "connectivity"), ("Int64", "offsets")] {
         line(8, &array(ty, name, ""));
     }
-    line(6, "</Cells>");
+    if kind == XmlKind::Grid {
+        line(8, &array("UInt8", "types", ""));
+    }
+    line(6, &format!("</{}>", kind.cells()));
     line(4, "</Piece>");
-    line(2, "</UnstructuredGrid>");
+    line(2, &format!("</{}>", kind.name()));
     line(2, "<AppendedData encoding=\"raw\">");
     text.push('_');
     text
