@@ -69,6 +69,7 @@ pub enum Command {
         meniscus render dam.pvd -o 'dam_%04d.png' --where 'type == 0'\n  \
         meniscus render dam.pvd -o dam.png --frame 5 --set \"water=type == 0\" --set \"walls=type == 1:hidden\"\n  \
         meniscus render fluid.vtu -o side.png --camera \"0.5,0.3,1/0,0.1,0/0,1,0/35\"\n  \
+        meniscus render fluid.pvd -o 'out_%04d.png' --trace trace.json\n  \
         meniscus render fluid.vtu -o milk.png --param lighting.attenuation_scale=20")]
     Render(RenderArgs),
     /// Measure the steady state: a camera that orbits half a degree every frame.
@@ -255,6 +256,10 @@ pub struct RenderArgs {
     /// Write a JSON report: adapter, particle counts, milliseconds per stage, automatic choices, flaws.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
+
+    /// Write what ran when - reading ahead, waiting, drawing, encoding - as a trace that ui.perfetto.dev opens.
+    #[arg(long, value_name = "FILE.json")]
+    pub trace: Option<PathBuf>,
 }
 
 /// `meniscus bench`.

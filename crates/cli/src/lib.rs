@@ -12,6 +12,7 @@ mod picture;
 mod render;
 mod report;
 mod terminal;
+mod trace;
 mod values;
 
 use std::process::ExitCode;

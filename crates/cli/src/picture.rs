@@ -140,13 +140,10 @@ fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, O
     Ok((camera, choice))
 }
 
-/// Makes the folder of the report, so that a path that cannot be written is noticed before any work is done.
-pub fn prepare_report_path(path: &Path) -> Result<(), Failure> {
+/// Makes the folder of the file that `flag` names, so that a path that cannot be written is noticed before any work is done.
+pub fn prepare_path(flag: &str, path: &Path) -> Result<(), Failure> {
     if path.is_dir() || path.file_name().is_none() {
-        return Err(Failure::Usage(format!(
-            "--report {}: this is a folder; give a file name",
-            path.display()
-        )));
+        return Err(Failure::Usage(format!("{flag} {}: this is a folder; give a file name", path.display())));
     }
     match path.parent().filter(|folder| !folder.as_os_str().is_empty()) {
         Some(folder) => std::fs::create_dir_all(folder)

@@ -14,6 +14,7 @@ mod report;
 mod same_bytes;
 mod selection;
 mod sequence;
+mod trace;
 mod walls;
 
 use meniscus_tests::Program;
