@@ -259,3 +259,41 @@ fn offsets_behind_the_data_are_refused() {
         assert!(error.contains("Points") && error.contains(&format!("offset {offset} is beyond")), "{error}");
     }
 }
+
+/// What is no file of numbers must be refused at once: opening a pipe, for one, would wait for a writer that never comes.
+#[cfg(unix)]
+#[test]
+fn what_is_no_file_is_refused_at_once() {
+    use std::os::unix::fs::{PermissionsExt, symlink};
+    use std::os::unix::net::UnixListener;
+
+    let folder = tempfile::tempdir().expect("a folder");
+    let at = |name: &str| folder.path().join(name);
+    let fails = |name: &str| open(&at(name)).expect_err(name);
+    let _socket = UnixListener::bind(at("socket.vtk")).expect("a socket");
+    let made = std::process::Command::new("mkfifo").arg(at("pipe.vtk")).status().expect("mkfifo runs");
+    assert!(made.success());
+    for name in ["socket.vtk", "pipe.vtk"] {
+        let error = fails(name);
+        assert!(error.kind().as_str() == "io" && error.to_string().contains("regular file"), "{error}");
+    }
+    symlink(at("b.vtk"), at("a.vtk")).expect("a link");
+    symlink(at("a.vtk"), at("b.vtk")).expect("a link");
+    assert!(matches!(fails("a.vtk").kind().as_str(), "io" | "not_found"));
+    put(folder.path(), "real.gz.vtu", [0x1f, 0x8b, 8, 0, 0, 0]);
+    assert!(fails("real.gz.vtu").to_string().contains("gunzip"));
+    put(folder.path(), "utf16.vtu", [0xff, 0xfe, b'<', 0]);
+    assert!(fails("utf16.vtu").to_string().contains("UTF-8"));
+    // A folder that holds itself, beside pipes and sockets: only what is a file counts.
+    symlink(folder.path(), at("again")).expect("a link");
+    std::fs::remove_file(at("real.gz.vtu"))
+        .and_then(|()| std::fs::remove_file(at("utf16.vtu")))
+        .expect("gone");
+    assert_eq!(open(folder.path()).expect_err("nothing to read").kind().as_str(), "empty");
+    let closed = put(folder.path(), "closed.vtu", Xml::plain(Format::Ascii).bytes());
+    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0)).expect("closed");
+    // The superuser may read it all the same.
+    assert!(
+        open(&closed).is_ok_and(|(info, _)| info.points == 10) || fails("closed.vtu").kind().as_str() == "io"
+    );
+}

@@ -51,7 +51,7 @@ pub(super) fn describe_filter(
     if let Some(mask) = plans.filter.without_ghosts(&view.frame, cancel)? {
         let value = format!("{} of {points} points left out", points - count(&mask));
         let reason = "the file marks them as copies of another process' points, or hidden".into();
-        choices.push(choice("ghosts", value, reason, "--ghosts keep"));
+        choices.push(choice("ghosts", value, reason, "--keep-ghosts"));
     }
     let limited = options.region.is_some() || options.every.is_some_and(|every| every > 1);
     let Some(mask) = plans.filter.mask(&view.frame, cancel)?.filter(|_| limited && !view.is_empty()) else {
