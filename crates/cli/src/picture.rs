@@ -8,7 +8,7 @@ use meniscus_export::ExportError;
 use meniscus_gpu::{AdapterChoice, Gpu};
 use meniscus_io::Series;
 use meniscus_pipeline::{Registry, Renderer, Settings, World};
-use meniscus_scene::{NamedView, automatic_camera};
+use meniscus_scene::{NamedView, above_ground, automatic_camera};
 
 use crate::args::{Global, PictureArgs};
 use crate::failure::Failure;
@@ -137,6 +137,9 @@ fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, O
         camera.projection = Projection::Orthographic { height_world: height as f32 };
     }
     camera.validate()?;
+    if args.camera.is_none() {
+        camera = above_ground(camera, space.up);
+    }
     Ok((camera, choice))
 }
 

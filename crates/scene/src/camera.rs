@@ -1,5 +1,5 @@
 use glam::Vec3;
-use meniscus_core::{Aabb, Camera, UpAxis};
+use meniscus_core::{Aabb, Camera, Projection, UpAxis};
 
 use crate::{SceneError, UpFrame};
 
@@ -73,6 +73,21 @@ pub fn automatic_camera(outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera 
     Camera::fit(&drawable(outline), direction, up.vector(), FOVY_RAD, size, MARGIN)
 }
 
+/// A camera that looks down in parallel, moved back along its axis until all its rays begin above its target: below the ground
+/// nothing is seen of the ground. The picture stays the same otherwise. Other cameras are left as they are.
+#[must_use]
+pub fn above_ground(camera: Camera, up: UpAxis) -> Camera {
+    let Projection::Orthographic { height_world } = camera.projection else { return camera };
+    let descent = -camera.forward().dot(up.vector());
+    // The rays of a level view would have to begin at the horizon.
+    if descent < 0.01 {
+        return camera;
+    }
+    let lowest_under_eye = 0.5 * height_world * (1.0 - descent * descent).max(0.0).sqrt();
+    let distance = (lowest_under_eye / descent).max(camera.eye.distance(camera.target));
+    Camera { eye: camera.target - camera.forward() * distance, ..camera }
+}
+
 /// Ground directions `(across, away)` of the automatic view: across the picture and away from the viewer.
 pub(crate) fn facing(bounds: Aabb, up: UpAxis) -> (Vec3, Vec3) {
     let frame = UpFrame::new(up);
@@ -124,6 +139,30 @@ mod tests {
                 automatic_camera(&bounds.corners(), up, SIZE).forward().dot(up.vector()) < -0.2,
                 "from above"
             );
+        }
+    }
+
+    #[test]
+    fn parallel_views_from_above_begin_above_the_ground() {
+        let bounds = Aabb { min: Vec3::new(-1.0, 0.0, 2.0), max: Vec3::new(3.0, 1.0, 8.0) };
+        for up in [UpAxis::X, UpAxis::Y, UpAxis::Z] {
+            let views = ["front", "left", "top", "iso"].map(|v| v.parse::<NamedView>().unwrap());
+            let cameras = views.map(|view| view.camera(&bounds.corners(), up, SIZE));
+            for (camera, height_world) in cameras.into_iter().flat_map(|c| [(c, 0.1), (c, 10.0), (c, 90.0)]) {
+                let projection = Projection::Orthographic { height_world };
+                let moved = above_ground(Camera { projection, ..camera }, up);
+                moved.validate().unwrap();
+                let picture_up = (up.vector() - moved.forward() * moved.forward().dot(up.vector()))
+                    .try_normalize()
+                    .unwrap_or(moved.up);
+                let lowest = moved.eye - 0.5 * height_world * picture_up;
+                // Rounding of coordinates that are hundreds of units large.
+                assert!((lowest - moved.target).dot(up.vector()) > -1e-3, "{up:?} {height_world}");
+                assert!((moved.forward() - camera.forward()).length() < 1e-5, "the same direction");
+                let aside = (moved.eye - camera.eye).cross(camera.forward());
+                assert!(aside.length() < 1e-3, "along the axis");
+                assert_eq!(above_ground(camera, up), camera, "perspective");
+            }
         }
     }
 

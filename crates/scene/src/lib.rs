@@ -14,7 +14,7 @@ mod scene;
 mod up_frame;
 
 pub use absorption::{CLEAR_WATER_OPTICAL_DEPTH, PURE_WATER_PER_METRE};
-pub use camera::{FOVY_RAD, NamedView, automatic_camera};
+pub use camera::{FOVY_RAD, NamedView, above_ground, automatic_camera};
 pub use description::{
     BoxDescription, Description, FloorDescription, SkyDescription, SunDescription, WallsDescription,
 };
