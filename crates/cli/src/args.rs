@@ -83,6 +83,11 @@ pub enum Command {
             .default_value_if("compare", ArgPredicate::IsPresent, "-"))
     )]
     Bench(BenchArgs),
+    /// Write particles in another format, all attributes in their own types, with what the selection takes.
+    #[command(after_help = "Examples:\n  meniscus convert fluid.vtu -o fluid.vtk\n  \
+        meniscus convert fluid.pvd -o 'small/water_%04d.vtu' --every 10 --encoding zlib\n  \
+        meniscus convert dam.pvd -o water.vtp --frame 5 --where 'type == 0'")]
+    Convert(ConvertArgs),
     /// Make a particle series to try things on: analytic motion for size and regression, not a simulation.
     #[command(after_help = "Examples:\n  meniscus make dam-break -o dam --particles 100000 --frames 24\n  \
         meniscus make fjord-tsunami -o fjord --format vtk-binary")]
@@ -292,6 +297,43 @@ pub struct BenchArgs {
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// `meniscus convert`.
+#[derive(Debug, Args)]
+pub struct ConvertArgs {
+    /// What to read.
+    #[command(flatten)]
+    pub input: InputArgs,
+
+    /// File to write (.vtu, .vtp, .vtk), or a pattern like out_%04d.vtu for a series, which gets a .pvd beside it.
+    #[arg(short, long, value_name = "OUT")]
+    pub output: PathBuf,
+
+    /// The one frame to convert [default: all].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "frames")]
+    pub frame: Option<usize>,
+
+    /// Frames to convert, the last one included; either end may be left out.
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+
+    /// How numbers are stored.
+    #[arg(long, value_enum, default_value_t = ConvertEncoding::Raw)]
+    pub encoding: ConvertEncoding,
+}
+
+/// `--encoding` of `convert`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum ConvertEncoding {
+    /// As in memory: the fastest to read.
+    Raw,
+    /// Compressed blocks: the smallest; .vtu and .vtp.
+    Zlib,
+    /// Text that holds the bytes; .vtu and .vtp.
+    Base64,
+    /// Text that people can read.
+    Ascii,
 }
 
 /// `meniscus make`.

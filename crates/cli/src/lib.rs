@@ -4,6 +4,7 @@
 
 mod args;
 mod bench;
+mod convert;
 mod failure;
 mod info;
 mod input;
@@ -56,6 +57,7 @@ pub fn run(registry: Registry) -> ExitCode {
             Some(Command::Info(args)) => info::run(args, &terminal),
             Some(Command::Render(args)) => render::run(args, &cli.global, registry, &terminal),
             Some(Command::Bench(args)) => bench::run(args, &cli.global, registry, &terminal),
+            Some(Command::Convert(args)) => convert::run(args, &terminal),
             Some(Command::Make(args)) => make::run(args, &terminal),
             None => {
                 // Without a terminal or with a closed one there is nobody to help.

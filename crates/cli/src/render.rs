@@ -16,6 +16,7 @@ use crate::picture::{self, Studio};
 use crate::report::RenderReport;
 use crate::terminal::{Terminal, interrupt};
 use crate::trace::{Trace, TracedSource, Track};
+use crate::values::FrameRange;
 use crate::{input, report};
 
 pub fn run(
@@ -32,7 +33,7 @@ pub fn run(
     let trace = Arc::new(Trace::new(args.trace.is_some()));
     let cancel = interrupt();
     let series = Arc::new(input::open(&args.input, &cancel)?);
-    let frames = wanted_frames(args, series.frame_count())?;
+    let frames = wanted_frames(args.frame, args.frames, series.frame_count())?;
     pattern.check(frames.len())?;
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
 
@@ -151,8 +152,13 @@ fn draw(
     Ok(picture.report)
 }
 
-fn wanted_frames(args: &RenderArgs, count: usize) -> Result<Vec<usize>, Failure> {
-    match (args.frame, args.frames) {
+/// The frames that `--frame` and `--frames` ask for of a series of `count`.
+pub fn wanted_frames(
+    frame: Option<usize>,
+    frames: Option<FrameRange>,
+    count: usize,
+) -> Result<Vec<usize>, Failure> {
+    match (frame, frames) {
         (Some(frame), _) if frame >= count => {
             Err(Failure::Usage(format!("--frame {frame}: the series has frames 0 to {}", count.max(1) - 1)))
         }

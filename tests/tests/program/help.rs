@@ -2,7 +2,7 @@
 
 use crate::{program, program_with_dam};
 
-const COMMANDS: [&str; 4] = ["info", "render", "bench", "make"];
+const COMMANDS: [&str; 5] = ["info", "render", "bench", "convert", "make"];
 
 #[test]
 fn every_command_has_help_with_examples_and_exit_codes() {
@@ -43,7 +43,7 @@ fn the_examples_run() {
     }
     std::fs::rename(&folder, program.path("frames")).expect("a rename");
     let mut run = 0;
-    for command in ["info", "render", "bench"] {
+    for command in ["info", "render", "bench", "convert"] {
         let help = program.run(&format!("{command} --help")).ok().stdout;
         let (_, examples) = help.split_once("Examples:").expect("examples");
         // Wrapped lines are indented like the first: an example ends where the next begins.
@@ -56,7 +56,7 @@ fn the_examples_run() {
                 .replace("1280x720", "64x36")
                 .replace("1920x1080", "64x36")
                 .replace("--frames 20", "--frames 1");
-            let draws = command != "info" && !small.contains("--compare");
+            let draws = ["render", "bench"].contains(&command) && !small.contains("--compare");
             let size = if draws && !small.contains("--size") { "--size 64x36" } else { "" };
             program.run(&small.replacen(command, &format!("{command} {size}"), 1)).ok();
             run += 1;

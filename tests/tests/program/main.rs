@@ -4,6 +4,7 @@ mod absurd;
 mod adapters;
 mod bench;
 mod compare;
+mod convert;
 mod errors;
 mod help;
 mod info;
