@@ -40,6 +40,12 @@ pub enum Error {
     #[error("{}: {source}", path.display())]
     Toml { path: PathBuf, source: Box<toml::de::Error> },
 
+    #[error("{}: {source}", path.display())]
+    Json { path: PathBuf, source: serde_json::Error },
+
+    #[error("cargo built no program `{0}`; is it still in tests/Cargo.toml?")]
+    NoProgram(&'static str),
+
     #[error("the sabotages cannot be tried:\n  {0}")]
     Sabotages(String),
 

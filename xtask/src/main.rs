@@ -1,4 +1,4 @@
-//! The commands that people and CI run: `cargo xtask check`, `cargo xtask test`, `cargo xtask demo`.
+//! The commands that people and CI run: `cargo xtask check`, `test`, `e2e`, `bench` and so on.
 //!
 //! CI has no steps of its own: what it runs can be run, with the same words, on any developer's machine.
 
@@ -9,6 +9,7 @@ mod bench;
 mod check;
 mod demo;
 mod drivers;
+mod e2e;
 mod error;
 mod machine;
 mod peers;
@@ -35,9 +36,9 @@ enum Command {
     Bench(bench::Options),
     Check(check::Options),
     Test(test::Options),
+    E2e(e2e::Options),
     Demo(demo::Options),
     Peers(peers::Options),
-    Sabotage(sabotage::Options),
 }
 
 fn main() -> ExitCode {
@@ -47,7 +48,7 @@ fn main() -> ExitCode {
         Command::Test(options) => test::run(&options),
         Command::Demo(options) => demo::run(&options),
         Command::Peers(options) => peers::run(&options),
-        Command::Sabotage(options) => sabotage::run(&options),
+        Command::E2e(options) => e2e::run(&options),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

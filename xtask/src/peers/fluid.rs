@@ -120,8 +120,9 @@ fn at_radius(tools: &Tools, folder: &Path, files: &Files, spacings: f64, rounds:
     for round in 0..rounds {
         for ((_, look), variant) in THEIRS.iter().zip(&mut comparison.theirs) {
             let Some(mut vtk) = tools.script("vtk_fluid.py") else { continue };
-            // The water's depth, roughly: VTK absorbs over a length of one.
-            let scale = (1.0 / (40.0 * files.spacing)).to_string();
+            // VTK absorbs over a length of one; a quarter of the cube of all water is about what one looks through.
+            let depth = 0.25 * files.spacing * (files.particles as f64).cbrt();
+            let scale = (1.0 / depth).to_string();
             vtk.arg(&files.raw).arg(&variant.picture).args(&view);
             vtk.args(["--look", look, "--attenuation-scale", &scale, "--frames", their_frames]);
             let frames: Samples = json(&mut vtk)?;

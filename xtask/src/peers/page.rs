@@ -10,7 +10,7 @@ const STYLE: &str = "
 :root { color-scheme: light dark; }
 body { font: 15px/1.5 system-ui, sans-serif; max-width: 1800px; margin: 2em auto; padding: 0 1.5em; }
 h2 { margin-top: 2.5em; }
-figure { margin: 0; flex: 1 1 45%; min-width: 480px; }
+figure { margin: 0; flex: 0 1 calc(50% - .5em); min-width: 480px; }
 figure img { width: 100%; display: block; border-radius: 4px; }
 figcaption { padding: .3em 0 1em; }
 .row { display: flex; flex-wrap: wrap; gap: 1em; }

@@ -49,7 +49,7 @@ pub fn compare(tools: &Tools, folder: &Path, divide: u64) -> Result<Vec<Readings
     let folder = folder.join(if divide > 1 { "dam-break-quick" } else { "dam-break" });
     let mut make = tools.ours("bench-peers");
     let files: Files =
-        json(make.args(["make", "dam-break"]).arg(&folder).args(["--divide", &divide.to_string()]))?;
+        json(make.args(["make", "dam-break", "--encodings", "--divide", &divide.to_string()]).arg(&folder))?;
     let mut formats = vec![
         ("raw VTU", files.raw.clone()),
         ("zlib VTU", files.zlib.clone()),

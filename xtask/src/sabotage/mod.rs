@@ -12,7 +12,6 @@ use std::{
 };
 
 use cargo_metadata::MetadataCommand;
-use clap::Args;
 
 use crate::{
     error::{Error, Result},
@@ -38,27 +37,14 @@ enum Fate {
 /// How a check went without any sabotage: how long it took, or why it is of no use.
 type Baseline = std::result::Result<Duration, String>;
 
-/// Ask whether the tests can fail: make mistakes on purpose, one at a time, and see whether a test notices.
-///
-/// The mistakes are listed in `tests/sabotage/`, each with the tests that ought to notice it. They are made in a copy of the
-/// working tree, `target/sabotage/tree`, which is built beside it; the tree itself is never touched. First the tests have to
-/// pass without any mistake; a mistake that does not compile counts as broken, one that makes a test hang as caught.
-///
-/// Prints who caught what and, alone on the last line, `N caught, N not caught, N broken`. Exit code 0 only if all were
-/// caught. The first run compiles for a quarter of an hour, later ones take a few seconds per mistake.
-#[derive(Args)]
-#[command(after_help = "Examples:\n  \
-    cargo xtask sabotage\n  \
-    cargo xtask sabotage culling-off absorption-sign\n  \
-    cargo xtask sabotage --list")]
+/// What `cargo xtask e2e --sabotage` is asked for.
 pub struct Options {
-    /// Only these; all without
-    #[arg(value_name = "NAME")]
+    /// Only these; all without.
     pub names: Vec<String>,
-
-    /// Only say what each would break
-    #[arg(long)]
+    /// Only say what each would break.
     pub list: bool,
+    /// Install missing Debian packages.
+    pub install: bool,
 }
 
 /// Tries the sabotages and reports.
@@ -78,7 +64,7 @@ pub fn run(options: &Options) -> Result<()> {
     }
     let folder = metadata.target_directory.as_std_path().join("sabotage");
     let _lock = lock(&folder)?;
-    let mut variables = prerequisites::ensure(workspace, false)?;
+    let mut variables = prerequisites::ensure(workspace, options.install)?;
     variables.extend(checks::data_folder(workspace).map(|data| ("MENISCUS_DATA", data)));
     checks::end_children_on_interrupt();
 

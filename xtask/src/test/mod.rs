@@ -1,7 +1,10 @@
 //! `cargo xtask test`: everything CI needs to know, in one command.
 
+mod lines;
 mod plan;
-mod report;
+pub mod report;
+
+pub use lines::Ending;
 
 use std::time::Instant;
 

@@ -1,5 +1,6 @@
 //! Reads the output of `cargo test -- --show-output` as it passes by, and counts.
 
+use super::lines::{Ending, binary_name, section_of, test_ending, test_result};
 use crate::table;
 
 /// How many tests ended how.
@@ -18,13 +19,25 @@ const SKIP_NOTICE: &str = "SKIPPED:";
 const NO_LIBRARY: &str = "error: no library targets found in package";
 
 /// One test binary, or the documentation tests of one crate.
-#[derive(Debug)]
-struct Binary {
-    name: String,
-    totals: Totals,
-    seconds: f64,
+#[derive(Debug, Clone)]
+pub struct Binary {
+    /// Of crate or target, then two spaces and its source.
+    pub name: String,
+    pub totals: Totals,
+    pub seconds: f64,
+    /// In the order in which they ended.
+    pub tests: Vec<Test>,
     /// Whether libtest came to its end and said so.
     has_result: bool,
+}
+
+/// One test.
+#[derive(Debug, Clone, PartialEq, Eq)]
+pub struct Test {
+    pub name: String,
+    pub ending: Ending,
+    /// Why it was skipped, or what it wrote before it failed.
+    pub notes: String,
 }
 
 /// Where in the output of a test binary we are.
@@ -36,6 +49,8 @@ enum Section {
     Successes,
     /// The same, after the skip notice of the current test: a test is skipped once, however much it says.
     SuccessesAfterNotice,
+    /// Between `failures:` and the list of names after it: what failing tests printed.
+    Failures,
 }
 
 /// What has been seen so far.
@@ -56,7 +71,11 @@ impl Report {
     /// Takes one line in; returns what to show of it. The output of passing tests is only asked for because of the
     /// skip notices in it, so nothing else of it is shown.
     pub fn read(&mut self, line: &str) -> Option<String> {
-        if let Some(name) = binary_name(line) {
+        // Elsewhere only: a test of test reports prints such lines too.
+        let ended = test_ending(line).filter(|_| self.section == Section::Elsewhere);
+        if let (Some((name, ending)), Some(binary)) = (ended, self.binaries.last_mut()) {
+            binary.tests.push(Test { name, ending, notes: String::new() });
+        } else if let Some(name) = binary_name(line) {
             self.binaries.push(Binary::new(name));
             self.section = Section::Elsewhere;
             self.notices = 0;
@@ -69,18 +88,23 @@ impl Report {
         } else if line.starts_with(NO_LIBRARY) {
             self.nothing_to_document = true;
         } else if line == "failures:" {
-            self.section = Section::Elsewhere;
+            self.section = Section::Failures;
+            self.current_test.clear();
         } else if line == "successes:" {
             self.section = Section::Successes;
         }
         match self.section {
             Section::Elsewhere => Some(line.to_owned()),
+            Section::Failures => {
+                self.read_failure(line);
+                Some(line.to_owned())
+            }
             Section::Successes | Section::SuccessesAfterNotice => self.read_success(line),
         }
     }
 
     fn read_success(&mut self, line: &str) -> Option<String> {
-        if let Some(test) = line.strip_prefix("---- ").and_then(|rest| rest.strip_suffix(" stdout ----")) {
+        if let Some(test) = section_of(line) {
             test.clone_into(&mut self.current_test);
             self.section = Section::Successes;
         }
@@ -89,7 +113,26 @@ impl Report {
             self.notices += 1;
             self.section = Section::SuccessesAfterNotice;
         }
+        if let Some(test) = self.noted_test() {
+            test.ending = Ending::Skipped;
+            reason.trim().clone_into(&mut test.notes);
+        }
         Some(format!("skipped {}:{reason}", self.current_test))
+    }
+
+    /// What a failing test wrote; the list of names that comes after it is indented.
+    fn read_failure(&mut self, line: &str) {
+        if let Some(test) = section_of(line) {
+            test.clone_into(&mut self.current_test);
+        } else if let Some(test) = self.noted_test() {
+            test.notes += line;
+            test.notes.push('\n');
+        }
+    }
+
+    fn noted_test(&mut self) -> Option<&mut Test> {
+        let name = &self.current_test;
+        self.binaries.last_mut()?.tests.iter_mut().find(|test| test.name == *name)
     }
 
     /// Documentation tests give several results per crate (merged ones and those that must stand alone).
@@ -134,6 +177,11 @@ impl Report {
         self.could_not_build
     }
 
+    /// What ran, in order.
+    pub fn binaries(&self) -> &[Binary] {
+        &self.binaries
+    }
+
     /// The sum over all binaries.
     pub fn totals(&self) -> Totals {
         let mut sum = Totals::default();
@@ -164,41 +212,16 @@ impl Report {
 
 impl Binary {
     fn new(name: String) -> Self {
-        Self { name, totals: Totals::default(), seconds: 0.0, has_result: false }
+        Self { name, totals: Totals::default(), seconds: 0.0, tests: Vec::new(), has_result: false }
     }
 }
 
 impl Totals {
-    fn add(&mut self, other: Self) {
+    pub fn add(&mut self, other: Self) {
         self.passed += other.passed;
         self.failed += other.failed;
         self.skipped += other.skipped;
     }
-}
-
-/// The name in the line with which cargo announces a binary: `Running unittests src/lib.rs (.../name-<hash>)` or
-/// `Doc-tests name`.
-fn binary_name(line: &str) -> Option<String> {
-    let line = line.strip_prefix("   ")?.trim_start();
-    if let Some(name) = line.strip_prefix("Doc-tests ") {
-        return Some(format!("{name}  documentation"));
-    }
-    let (target, path) = line.strip_prefix("Running ")?.strip_suffix(')')?.rsplit_once(" (")?;
-    let file = path.rsplit(['/', '\\']).next()?;
-    let (name, _hash) = file.rsplit_once('-')?;
-    Some(format!("{name}  {}", target.trim_start_matches("unittests ")))
-}
-
-/// Counts and seconds of libtest's closing line:
-/// `test result: ok. 1 passed; 0 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.00s`.
-fn test_result(line: &str) -> Option<(Totals, f64)> {
-    let (_verdict, counts) = line.strip_prefix("test result: ")?.split_once(". ")?;
-    let mut parts = counts.split("; ");
-    let mut count = |what: &str| parts.next()?.strip_suffix(what)?.trim_end().parse().ok();
-    let (passed, failed, skipped) = (count("passed")?, count("failed")?, count("ignored")?);
-    let seconds =
-        counts.rsplit_once("finished in ").and_then(|(_, text)| text.strip_suffix('s')?.parse().ok());
-    Some((Totals { passed, failed, skipped }, seconds.unwrap_or(0.0)))
 }
 
 #[cfg(test)]
@@ -336,11 +359,25 @@ error: test failed, to rerun pass `-p meniscus-tests --test golden`
     }
 
     #[test]
-    fn look_alikes_are_not_results() {
-        for line in
-            ["test result: see above", "test result: ok. many passed; 0 failed; 0 ignored", "result: ok."]
-        {
-            assert_eq!(test_result(line), None, "{line}");
-        }
+    fn each_test_has_its_ending_and_what_it_said() {
+        let (report, _) = read(&format!("{FIRST}{SECOND}"));
+        let [first, second] = report.binaries() else { panic!("{report:?}") };
+        let said = |binary: &Binary| {
+            let test = |t: &Test| (t.name.clone(), t.ending, t.notes.trim_end().to_owned());
+            binary.tests.iter().map(test).collect::<Vec<_>>()
+        };
+        let test = |name: &str, ending, notes: &str| (name.to_owned(), ending, notes.to_owned());
+        let (passed, skipped) = (Ending::Passed, Ending::Skipped);
+        assert_eq!(
+            said(first),
+            [
+                test("a", skipped, "really none"),
+                test("b", passed, ""),
+                test("c", skipped, ""),
+                test("d", passed, "")
+            ]
+        );
+        let words = "SKIPPED: printed by a test that then failed all the same\nthread 'e' panicked";
+        assert_eq!(said(second), [test("e", Ending::Failed, words), test("f", skipped, "no GPU")]);
     }
 }

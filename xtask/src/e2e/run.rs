@@ -1,0 +1,133 @@
+//! Builds everything once, draws the pictures, runs the groups.
+
+use std::{path::PathBuf, time::Instant};
+
+use cargo_metadata::{Message, camino::Utf8Path};
+
+use super::{
+    groups,
+    images::{self, Images},
+};
+use crate::{
+    error::{Error, Result},
+    prerequisites,
+    process::{capture, cargo, run, stream},
+    test::report::{Report, Totals},
+};
+
+/// Draws and compares the pictures.
+const PROGRAM: &str = "image-cases";
+
+/// What is asked for.
+pub struct Plan<'a> {
+    pub workspace: &'a Utf8Path,
+    /// Where pictures go.
+    pub folder: PathBuf,
+    /// All without.
+    pub cases: &'a [String],
+    pub update: bool,
+    pub install: bool,
+}
+
+/// What was found.
+#[derive(Debug, Default)]
+pub struct Findings {
+    /// Why something could not be run at all.
+    pub problems: Vec<String>,
+    pub images: Option<Images>,
+    /// `None` where only pictures were asked for.
+    pub tests: Option<Report>,
+    pub elapsed_s: f64,
+}
+
+impl Findings {
+    /// Over pictures, tests and what could not be run.
+    pub fn totals(&self) -> Totals {
+        let (passed, failed) = self.images.as_ref().map_or((0, 0), Images::counts);
+        let mut sum = Totals { passed, failed: failed + self.problems.len(), skipped: 0 };
+        if let Some(tests) = &self.tests {
+            sum.add(tests.totals());
+        }
+        sum
+    }
+
+    /// Whether something was checked and nothing was wrong.
+    pub fn is_success(&self) -> bool {
+        let Totals { passed, failed, .. } = self.totals();
+        passed > 0 && failed == 0
+    }
+}
+
+impl Plan<'_> {
+    /// Runs it. What cannot be run is a finding like any other: the report is to say so.
+    pub fn run(&self) -> Findings {
+        let start = Instant::now();
+        let mut findings = Findings::default();
+        if let Err(error) = self.fill(&mut findings) {
+            findings.problems.push(error.to_string());
+        }
+        findings.elapsed_s = start.elapsed().as_secs_f64();
+        findings
+    }
+
+    fn fill(&self, findings: &mut Findings) -> Result<()> {
+        let variables = prerequisites::ensure(self.workspace.as_std_path(), self.install)?;
+        let program = self.build()?;
+
+        // What an earlier run left would pass for this one's.
+        let _ = std::fs::remove_file(self.folder.join(images::FILE));
+        let mut draw = std::process::Command::new(program);
+        draw.arg("--out").arg(&self.folder).args(self.update.then_some("--update")).args(self.cases);
+        draw.current_dir(self.workspace).envs(variables.iter().cloned());
+        match (run(&mut draw), Images::read(&self.folder)) {
+            (outcome, Ok(images)) => {
+                // It fails when a picture does, which is in the file.
+                let untold = outcome.err().filter(|_| images.counts().1 == 0);
+                findings.problems.extend(untold.map(|error| error.to_string()));
+                findings.images = Some(images);
+            }
+            (Err(error), Err(_)) | (Ok(()), Err(error)) => {
+                findings.problems.push(format!("no pictures: {error}"))
+            }
+        }
+
+        if self.cases.is_empty() && !self.update {
+            let mut command = cargo(["test", "--no-fail-fast", "--color", "never"]);
+            command.args(groups::arguments()).args(["--", "--show-output"]);
+            command.current_dir(self.workspace).envs(variables);
+            let report = findings.tests.insert(Report::default());
+            let status = stream(&mut command, |line| {
+                if let Some(shown) = report.read(line) {
+                    println!("{shown}");
+                }
+            })?;
+            report.end_invocation(status.success());
+            for group in groups::GROUPS {
+                let missing = group.missing(report).into_iter();
+                findings
+                    .problems
+                    .extend(missing.map(|target| format!("{}: {target} did not run", group.title)));
+            }
+        }
+        Ok(())
+    }
+
+    /// The program that draws, built by the command that builds the tests: another selection of packages would have other
+    /// features, and each would build the pipeline again.
+    fn build(&self) -> Result<PathBuf> {
+        let mut command = cargo(["test", "--no-run", "--message-format", "json-render-diagnostics"]);
+        command.args(groups::arguments()).current_dir(self.workspace);
+        println!("$ {}", crate::process::shown(&command));
+        let output = capture(&mut command)?;
+        let executable = |message| match message {
+            Message::CompilerArtifact(artifact)
+                if artifact.target.name == PROGRAM && !artifact.profile.test =>
+            {
+                artifact.executable
+            }
+            _ => None,
+        };
+        let found = Message::parse_stream(output.as_slice()).flatten().find_map(executable);
+        found.map(PathBuf::from).ok_or(Error::NoProgram(PROGRAM))
+    }
+}
