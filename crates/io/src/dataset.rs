@@ -64,7 +64,7 @@ impl Piece {
                 let is_vertex = |types: &[f64]| types.iter().any(|ty| VERTEX_CELLS.contains(ty));
                 // Particle files say so at once.
                 let mut head = vec![0.0; types.len().min(1024)];
-                types.decode(&ToF64, &mut head, cancel)?;
+                types.decode(&ToF64, head.as_mut_slice(), cancel)?;
                 Ok(types.len() > 0 && !is_vertex(&head) && !is_vertex(&types.collect(&ToF64, cancel)?))
             }
         }

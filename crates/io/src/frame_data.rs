@@ -10,6 +10,7 @@ use crate::discover::TimeStep;
 use crate::expression::{Column, Expression, Part};
 use crate::info::value_counts;
 use crate::scalar::{Convert, Recentre, ScalarType, ToF64};
+use crate::sink::Sink;
 use crate::{Error, IoMode};
 
 /// An attribute that every piece has.
@@ -127,17 +128,27 @@ impl FrameData {
         let arrays = self.check(|piece| piece.positions.as_ref())?;
         let Some(first) = arrays.first() else { return Ok([0.0; 3]) };
         let mut values = vec![0.0; first.len().min(3 * 1024)];
-        first.decode(&ToF64, &mut values, cancel)?;
+        first.decode(&ToF64, values.as_mut_slice(), cancel)?;
         let finite = |p: &&[f64; 3]| p.iter().all(|c| c.is_finite());
         Ok(values.as_chunks::<3>().0.iter().find(finite).copied().unwrap_or_default())
     }
 
     /// Coordinates minus `origin`.
     pub fn positions(&self, origin: [f64; 3], cancel: &Cancel) -> Result<Vec<[f32; 3]>, Error> {
-        let arrays = self.check(|piece| piece.positions.as_ref())?;
         let mut out = vec![[0.0_f32; 3]; self.points];
-        decode_all(&arrays, &Recentre { origin }, out.as_flattened_mut(), cancel)?;
+        self.positions_into(origin, out.as_flattened_mut(), cancel)?;
         Ok(out)
+    }
+
+    /// Coordinates minus `origin`, x, y, z, x, ..., into `out`, which has three places for every point.
+    pub fn positions_into<S: Sink<Item = f32>>(
+        &self,
+        origin: [f64; 3],
+        out: S,
+        cancel: &Cancel,
+    ) -> Result<(), Error> {
+        let arrays = self.check(|piece| piece.positions.as_ref())?;
+        self.decode_all(&arrays, &Recentre { origin }, out, cancel)
     }
 
     /// Coordinates in the file's space, x, y, z, x, ...
@@ -203,7 +214,7 @@ impl FrameData {
     ) -> Result<Vec<C::Out>, Error> {
         let arrays = self.check(find)?;
         let mut out = vec![C::Out::default(); arrays.iter().map(CheckedArray::len).sum()];
-        decode_all(&arrays, convert, &mut out, cancel)?;
+        self.decode_all(&arrays, convert, out.as_mut_slice(), cancel)?;
         Ok(out)
     }
 
@@ -213,6 +224,22 @@ impl FrameData {
             .filter_map(|piece| Some((find(piece)?, &piece.file)))
             .map(|(a, f)| a.check(f))
             .collect()
+    }
+
+    fn decode_all<C: Convert, S: Sink<Item = C::Out>>(
+        &self,
+        arrays: &[CheckedArray<'_>],
+        convert: &C,
+        out: S,
+        cancel: &Cancel,
+    ) -> Result<(), Error> {
+        let mut rest = out;
+        for array in arrays {
+            let (head, tail) = rest.split_at(array.len());
+            array.decode(convert, head, cancel)?;
+            rest = tail;
+        }
+        Ok(())
     }
 
     /// Which points `expression` selects.
@@ -322,21 +349,6 @@ fn all_meshes(pieces: &[Piece], cancel: &Cancel) -> Result<bool, Error> {
         }
     }
     Ok(!pieces.is_empty())
-}
-
-fn decode_all<C: Convert>(
-    arrays: &[CheckedArray<'_>],
-    convert: &C,
-    out: &mut [C::Out],
-    cancel: &Cancel,
-) -> Result<(), Error> {
-    let mut rest = out;
-    for array in arrays {
-        let (head, tail) = rest.split_at_mut(array.len());
-        array.decode(convert, head, cancel)?;
-        rest = tail;
-    }
-    Ok(())
 }
 
 fn common_attributes(pieces: &[Piece]) -> Vec<AttributeInfo> {

@@ -24,6 +24,7 @@ mod mapped;
 mod options;
 mod scalar;
 mod series;
+mod sink;
 pub mod writer;
 
 pub use error::Error;
@@ -32,3 +33,4 @@ pub use info::{AttributeSummary, FrameInfo, SetSummary, ValueCount};
 pub use meniscus_map_guard as map_guard;
 pub use options::{IoMode, SeriesOptions, SetSpec};
 pub use series::Series;
+pub use sink::Sink;

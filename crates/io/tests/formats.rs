@@ -291,7 +291,7 @@ fn what_is_no_file_is_refused_at_once() {
         .expect("gone");
     assert_eq!(open(folder.path()).expect_err("nothing to read").kind().as_str(), "empty");
     let closed = put(folder.path(), "closed.vtu", Xml::plain(Format::Ascii).bytes());
-    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0)).expect("closed");
+    std::fs::set_permissions(&closed, std::fs::Permissions::from_mode(0o000)).expect("closed");
     // The superuser may read it all the same.
     assert!(
         open(&closed).is_ok_and(|(info, _)| info.points == 10) || fails("closed.vtu").kind().as_str() == "io"

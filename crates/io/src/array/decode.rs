@@ -8,6 +8,7 @@ use crate::Error;
 use crate::codec::blocks::{BlockTable, Compressor};
 use crate::codec::text;
 use crate::scalar::{Convert, ScalarType};
+use crate::sink::{self, Sink};
 
 /// Values converted between two looks at the cancel flag; a multiple of 3, so that points stay whole.
 const PIECE_VALUES: usize = 3 << 14;
@@ -21,7 +22,7 @@ impl CheckedArray<'_> {
     /// All values.
     pub fn collect<C: Convert>(&self, convert: &C, cancel: &Cancel) -> Result<Vec<C::Out>, Error> {
         let mut out = vec![C::Out::default(); self.len()];
-        self.decode(convert, &mut out, cancel)?;
+        self.decode(convert, out.as_mut_slice(), cancel)?;
         Ok(out)
     }
 
@@ -54,7 +55,12 @@ impl CheckedArray<'_> {
     }
 
     /// Converts the first `out.len()` values, at most [`Self::len`], in parallel.
-    pub fn decode<C: Convert>(&self, convert: &C, out: &mut [C::Out], cancel: &Cancel) -> Result<(), Error> {
+    pub fn decode<C: Convert, S: Sink<Item = C::Out>>(
+        &self,
+        convert: &C,
+        out: S,
+        cancel: &Cancel,
+    ) -> Result<(), Error> {
         match &self.data {
             Data::Plain { stream, start } if self.array.ty == ScalarType::Bit => {
                 self.decode_bits(stream, *start, convert, out)
@@ -75,53 +81,58 @@ impl CheckedArray<'_> {
         self.array.malformed(self.file, message)
     }
 
-    fn decode_plain<C: Convert>(
+    fn decode_plain<C: Convert, S: Sink<Item = C::Out>>(
         &self,
         stream: &Stream<'_>,
         start: usize,
         convert: &C,
-        out: &mut [C::Out],
+        out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         let (ty, big) = (self.array.ty, self.big());
         let size = ty.size().unwrap_or(1);
-        out.par_chunks_mut(PIECE_VALUES).enumerate().try_for_each_init(Vec::new, |scratch, (i, out)| {
+        let pieces = sink::pieces(out, PIECE_VALUES).into_par_iter().enumerate();
+        pieces.try_for_each_init(Default::default, |(scratch, values): &mut (Vec<_>, Vec<_>), (i, out)| {
             check(cancel)?;
             let first = i * PIECE_VALUES;
             let from = start + first * size;
             let bytes = stream
                 .get(from..from + out.len() * size, scratch)
                 .ok_or_else(|| self.fault(format_args!("cut off or not base64 near value {first}")))?;
-            convert.bytes(ty, big, first, bytes, out);
-            Ok(())
+            out.fill(values, |out| {
+                convert.bytes(ty, big, first, bytes, out);
+                Ok(())
+            })
         })
     }
 
-    fn decode_bits<C: Convert>(
+    fn decode_bits<C: Convert, S: Sink<Item = C::Out>>(
         &self,
         stream: &Stream<'_>,
         start: usize,
         convert: &C,
-        out: &mut [C::Out],
+        out: S,
     ) -> Result<(), Error> {
         let mut scratch = Vec::new();
         let packed = stream
             .get(start..start + out.len().div_ceil(8), &mut scratch)
             .ok_or_else(|| self.fault("the bits are cut off"))?;
         let bits: Vec<u8> = (0..out.len()).map(|i| packed[i / 8] >> (7 - i % 8) & 1).collect();
-        convert.bytes(ScalarType::U8, false, 0, &bits, out);
-        Ok(())
+        out.fill(&mut Vec::new(), |out| {
+            convert.bytes(ScalarType::U8, false, 0, &bits, out);
+            Ok(())
+        })
     }
 
     #[expect(clippy::too_many_arguments, reason = "the parts of one enum variant and the caller's three")]
-    fn decode_blocks<C: Convert>(
+    fn decode_blocks<C: Convert, S: Sink<Item = C::Out>>(
         &self,
         stream: &Stream<'_>,
         start: usize,
         table: &BlockTable,
         compressor: Compressor,
         convert: &C,
-        out: &mut [C::Out],
+        out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         let (ty, big) = (self.array.ty, self.big());
@@ -150,46 +161,55 @@ impl CheckedArray<'_> {
             return self.decode_plain(&Stream::Raw(&raw), 0, convert, out, cancel);
         };
         let values = table.block_size / size;
-        out.par_chunks_mut(values).enumerate().try_for_each_init(
-            || (Vec::new(), Vec::new()),
-            |(scratch, raw), (i, out)| {
+        sink::pieces(out, values).into_par_iter().enumerate().try_for_each_init(
+            || (Vec::new(), Vec::new(), Vec::new()),
+            |(scratch, raw, converted), (i, out)| {
                 check(cancel)?;
                 raw.resize(table.raw_size(i), 0);
                 unpack(i, scratch, raw)?;
-                convert.bytes(ty, big, i * values, &raw[..out.len() * size], out);
-                Ok(())
+                let used = &raw[..out.len() * size];
+                out.fill(converted, |out| {
+                    convert.bytes(ty, big, i * values, used, out);
+                    Ok(())
+                })
             },
         )
     }
 
-    fn decode_text<C: Convert>(
+    fn decode_text<C: Convert, S: Sink<Item = C::Out>>(
         &self,
         text: &[u8],
         pieces: &[text::Piece],
         convert: &C,
-        out: &mut [C::Out],
+        out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         let mut rest = out;
         let mut jobs = Vec::with_capacity(pieces.len());
         for piece in pieces {
-            let (head, tail) = rest.split_at_mut(piece.count.min(rest.len()));
+            let count = piece.count.min(rest.len());
+            let (head, tail) = rest.split_at(count);
             jobs.push((piece, head));
             rest = tail;
         }
-        jobs.into_par_iter().try_for_each_init(Vec::new, |binary, (piece, out)| {
-            check(cancel)?;
-            binary.clear();
-            let mut ty = self.array.ty;
-            for (i, token) in text::tokens(&text[piece.range.clone()]).take(out.len()).enumerate() {
-                ty = self.push_number(token, binary).ok_or_else(|| {
-                    let found = String::from_utf8_lossy(&token[..token.len().min(40)]).into_owned();
-                    self.fault(format_args!("value {} is {found:?}, expected a number", piece.first + i))
-                })?;
-            }
-            convert.bytes(ty, false, piece.first, binary, out);
-            Ok(())
-        })
+        jobs.into_par_iter().try_for_each_init(
+            Default::default,
+            |(binary, values): &mut (Vec<_>, Vec<_>), (piece, out)| {
+                check(cancel)?;
+                binary.clear();
+                let mut ty = self.array.ty;
+                for (i, token) in text::tokens(&text[piece.range.clone()]).take(out.len()).enumerate() {
+                    ty = self.push_number(token, binary).ok_or_else(|| {
+                        let found = String::from_utf8_lossy(&token[..token.len().min(40)]).into_owned();
+                        self.fault(format_args!("value {} is {found:?}, expected a number", piece.first + i))
+                    })?;
+                }
+                out.fill(values, |out| {
+                    convert.bytes(ty, false, piece.first, binary, out);
+                    Ok(())
+                })
+            },
+        )
     }
 
     /// Appends a parsed number, little endian, and says as which type.

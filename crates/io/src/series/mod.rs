@@ -20,7 +20,7 @@ use crate::discover::{TimeStep, discover};
 use crate::frame_data::FrameData;
 use crate::info::FrameInfo;
 use crate::series::sets::Plans;
-use crate::{Error, SeriesOptions};
+use crate::{Error, SeriesOptions, Sink};
 
 /// A series of frames on disk, or a single file as a series of one.
 ///
@@ -100,6 +100,38 @@ impl Series {
     /// [`Error`] when there is no such frame or it cannot be read.
     pub fn frame_info(&self, index: usize, stats: bool) -> Result<FrameInfo, Error> {
         crate::info::describe(self, index, stats)
+    }
+
+    /// Number of points of frame `index`, before any selection.
+    ///
+    /// # Errors
+    /// [`Error`] when there is no such frame or it cannot be opened.
+    pub fn point_count(&self, index: usize) -> Result<usize, Error> {
+        Ok(self.frame_data(index, &Cancel::default())?.points)
+    }
+
+    /// Reads the positions of frame `index` in one pass straight into `out`: world space ([`SeriesSpace::origin`] subtracted in
+    /// `f64`), x, y, z, x, ..., all points in the order of the file, broken ones included. `out` has three places for each of
+    /// [`Self::point_count`].
+    ///
+    /// # Errors
+    /// [`Error`] when the frame cannot be read, or when `out` is of another size.
+    pub fn positions_into<S: Sink<Item = f32>>(
+        &self,
+        index: usize,
+        out: S,
+        cancel: &Cancel,
+    ) -> Result<(), Error> {
+        let frame = self.frame_data(index, cancel)?;
+        if Some(out.len()) != frame.points.checked_mul(3) {
+            return Err(Error::usage(format_args!(
+                "room for {} numbers, expected 3 for each of the {} points of frame {index}",
+                out.len(),
+                frame.points
+            )));
+        }
+        frame.positions_into(origin_of(self.space.origin), out, cancel)?;
+        frame.check_unchanged()
     }
 
     fn step(&self, index: usize) -> Result<&TimeStep, Error> {
