@@ -20,7 +20,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Command {
-    /// Write one frame of a committed view as raw, zlib and legacy binary files, and print its camera and radius.
+    /// Write one frame of a committed view as a raw file, and print its camera and radius.
     Make {
         /// A file of benches/views, without its ending.
         view: String,
@@ -29,6 +29,9 @@ enum Command {
         /// Divide the number of particles by this.
         #[arg(long, default_value_t = 1)]
         divide: u64,
+        /// Write it as zlib and legacy binary files as well.
+        #[arg(long)]
+        encodings: bool,
     },
     /// Read a file as the pipeline does, again and again.
     Read(read::Options),
@@ -36,7 +39,7 @@ enum Command {
 
 fn main() -> ExitCode {
     let outcome = match Arguments::parse().command {
-        Command::Make { view, folder, divide } => files::make(&view, &folder, divide),
+        Command::Make { view, folder, divide, encodings } => files::make(&view, &folder, divide, encodings),
         Command::Read(options) => read::run(&options),
     };
     match outcome {
