@@ -62,26 +62,26 @@ pub fn write(path: &Path, particles: &WriteParticles<'_>, format: Format) -> Res
     }
 }
 
-/// [`write`] as [`Format::LegacyBinary`].
+/// [`write()`] as [`Format::LegacyBinary`].
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_legacy_binary(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
     write(path, particles, Format::LegacyBinary)
 }
 
-/// [`write`] as `.vtu` with [`Encoding::Raw`].
+/// [`write()`] as `.vtu` with [`Encoding::Raw`].
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_vtu_raw(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
     write(path, particles, Format::Vtu(Encoding::Raw))
 }
 
-/// [`write`] as `.vtu` with [`Encoding::Zlib`].
+/// [`write()`] as `.vtu` with [`Encoding::Zlib`].
 ///
 /// # Errors
-/// As [`write`].
+/// As [`write()`].
 pub fn write_vtu_zlib(path: &Path, particles: &WriteParticles<'_>) -> Result<(), Error> {
     write(path, particles, Format::Vtu(Encoding::Zlib))
 }
