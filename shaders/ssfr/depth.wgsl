@@ -1,7 +1,8 @@
 // Nearest sphere per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, surface_pixels}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, surface_pixels, area}
+#import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
@@ -11,10 +12,11 @@
 
 const LANES: u32 = 64u;
 
-fn draw(grid: Grid, splat: Splat) {
+// Gives the number of pixels looked at.
+fn draw(grid: Grid, splat: Splat) -> u32 {
     let box = surface_pixels(grid, splat);
     if any(box.last < box.first) {
-        return;
+        return 0u;
     }
     // Chord of each pixel as in `chord_at`, with what is constant along a row or a splat taken out of the loops.
     let d = splat.center.z;
@@ -58,6 +60,7 @@ fn draw(grid: Grid, splat: Splat) {
         o_y += o_step.y;
         s_y += s_step.y;
     }
+    return area(box.first, box.last);
 }
 
 @compute @workgroup_size(LANES)
@@ -68,10 +71,12 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let range = ranges[index];
     let grid = grid_of(camera, 1u);
+    var visited = 0u;
     for (var i = lane; i < range.count; i += LANES) {
         let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
         if is_drawn(camera, splat) {
-            draw(grid, splat);
+            visited += draw(grid, splat);
         }
     }
+    count(visited);
 }

@@ -1,5 +1,6 @@
 // Narrow-range filter along one direction, slope-compensated (algorithms.md 3.7, 3.2). Works on keys: deviations from the
 // plane through the pixel are then plain differences, and what is tested and averaged.
+#import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::key::{distance_of, key_of, key_per_distance, smaller_step}
@@ -17,7 +18,8 @@
 // Distance of the taps that give the slope, in standard deviations: far enough apart to see the surface behind the bumps.
 const SLOPE_SIGMAS: f32 = 0.75;
 
-fn smooth_pixel(id: vec2<u32>) {
+// Gives the number of samples read besides the pixel's own.
+fn smooth_pixel(id: vec2<u32>) -> u32 {
     let width = i32(camera.size_px.x);
     let pixel = i32(id.y) * width + i32(id.x);
     let center = source[pixel];
@@ -26,8 +28,9 @@ fn smooth_pixel(id: vec2<u32>) {
     let r = radius[pixel];
     let sigma_px = sigmas(camera, narrow, d, r).pass_px * WIDENED;
     if sigma_px < LEAST_SIGMA_PX {
-        return;
+        return 0u;
     }
+    var read = 0u;
     let is_row = narrow.direction.x == 1u;
     let place = i32(select(id.y, id.x, is_row));
     let room = min(place, i32(select(camera.size_px.y, camera.size_px.x, is_row)) - 1 - place);
@@ -37,6 +40,7 @@ fn smooth_pixel(id: vec2<u32>) {
     var slope = 0.0;
     if baseline > 0 {
         slope = smaller_step(source[pixel + baseline * stride], center, source[pixel - baseline * stride]) / f32(baseline);
+        read += 2u;
     }
     let per_radius = r * key_per_distance(camera, center);
     let range = max(narrow.range_radii * per_radius, 1e-30);
@@ -54,6 +58,7 @@ fn smooth_pixel(id: vec2<u32>) {
         if offset > room {
             break;
         }
+        read += 2u;
         let rise = slope * f32(offset);
         let after = source[pixel + offset * stride] - center - rise;
         let before = source[pixel - offset * stride] - center + rise;
@@ -64,11 +69,14 @@ fn smooth_pixel(id: vec2<u32>) {
     // Never further back than the range, which also keeps keys of near surfaces positive.
     let last = key_of(camera, d + narrow.range_radii * r);
     smoothed[pixel] = max(center + total / weights, last);
+    return read;
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    var taps = 0u;
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
-        smooth_pixel(unpack_pixel(covered.packed[i]));
+        taps += smooth_pixel(unpack_pixel(covered.packed[i]));
     }
+    count(taps);
 }

@@ -1,5 +1,6 @@
 // The last pass of the narrow-range filter: a small one in two dimensions that removes the streaks of the passes along
 // rows and columns (algorithms.md 3.5). From keys to distances.
+#import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::key::{distance_of, key_of, key_per_distance, smaller_step}
@@ -33,7 +34,8 @@ fn add(pairs: ptr<function, Pairs>, after_key: f32, before_key: f32, rise: f32, 
     (*pairs).weights += 2.0 * w;
 }
 
-fn clean_pixel(id: vec2<u32>) {
+// Gives the number of samples read besides the pixel's own.
+fn clean_pixel(id: vec2<u32>) -> u32 {
     let width = i32(camera.size_px.x);
     let pixel = i32(id.y) * width + i32(id.x);
     let center = source[pixel];
@@ -41,12 +43,12 @@ fn clean_pixel(id: vec2<u32>) {
     distance[pixel] = d;
     let room = min(id, camera.size_px - 1u - id);
     if min(room.x, room.y) < 2u {
-        return;
+        return 0u;
     }
     let r = radius[pixel];
     let sigma_px = sigmas(camera, narrow, d, r).clean_px;
     if sigma_px < LEAST_SIGMA_PX {
-        return;
+        return 0u;
     }
     // Weights at distances whose squares are 1, 2, 4, 5 and 8.
     let w1 = exp(-0.5 / (sigma_px * sigma_px));
@@ -77,11 +79,14 @@ fn clean_pixel(id: vec2<u32>) {
     add(&pairs, source[pixel + 2 - 2 * width], source[pixel - 2 + 2 * width], 2.0 * (gx - gy), w8);
     let last = key_of(camera, d + narrow.range_radii * r);
     distance[pixel] = distance_of(camera, max(center + pairs.total / pairs.weights, last));
+    return 24u;
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    var taps = 0u;
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
-        clean_pixel(unpack_pixel(covered.packed[i]));
+        taps += clean_pixel(unpack_pixel(covered.packed[i]));
     }
+    count(taps);
 }

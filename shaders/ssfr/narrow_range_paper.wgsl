@@ -1,5 +1,6 @@
 // Narrow-range filter as published (Truong and Yuksel 2018; algorithms.md 3.1 to 3.3), on distances. Along one direction,
 // or with SQUARE over a small square, ring by ring. Without the defects of the public codes (algorithms.md 3.6).
+#import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::narrow_range::{NarrowRange, sigmas, WIDENED, REACH, MAX_TAPS, LEAST_SIGMA_PX}
@@ -26,7 +27,8 @@ fn accept(range: ptr<function, Range>, d: f32, delta: f32) -> bool {
     return is_same;
 }
 
-fn smooth_pixel(id: vec2<u32>) {
+// Gives the number of samples read besides the pixel's own.
+fn smooth_pixel(id: vec2<u32>) -> u32 {
     let width = i32(camera.size_px.x);
     let pixel = i32(id.y) * width + i32(id.x);
     let center = source[pixel];
@@ -40,6 +42,7 @@ fn smooth_pixel(id: vec2<u32>) {
     // Sums of differences to the centre: those of the distances themselves would be rounded ten times more coarsely.
     var total = 0.0;
     var weights = 1.0;
+    var read = 0u;
 #ifdef SQUARE
     let sigma_px = widths.clean_px;
     let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
@@ -56,6 +59,7 @@ fn smooth_pixel(id: vec2<u32>) {
                     let step = offset.y * width + offset.x;
                     let after = source[pixel + step];
                     let before = source[pixel - step];
+                    read += 2u;
                     if min(after, before) >= inner.low {
                         let weight = exp(falloff * f32(offset.x * offset.x + offset.y * offset.y));
                         for (var s = 0; s < 2; s++) {
@@ -94,6 +98,7 @@ fn smooth_pixel(id: vec2<u32>) {
         }
         let after = source[pixel + offset * stride];
         let before = source[pixel - offset * stride];
+        read += 2u;
         // In front: another surface, which hides part of ours; its mirrored sample goes with it (3.2).
         if after >= range_after.low && before >= range_before.low {
             let weight = exp(falloff * f32(offset * offset));
@@ -108,11 +113,14 @@ fn smooth_pixel(id: vec2<u32>) {
     if is_used {
         smoothed[pixel] = center + total / weights;
     }
+    return read;
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
+    var taps = 0u;
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
-        smooth_pixel(unpack_pixel(covered.packed[i]));
+        taps += smooth_pixel(unpack_pixel(covered.packed[i]));
     }
+    count(taps);
 }

@@ -2,7 +2,8 @@
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
 #import meniscus::thickness::{Thickness, SATURATED}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, footprint, chord_at}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, footprint, chord_at, area}
+#import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
@@ -22,7 +23,8 @@ fn add(pixel: u32, steps: f32) {
     }
 }
 
-fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>) {
+// Gives the number of pixels looked at, as `draw_point`.
+fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>) -> u32 {
     let cube = splat.radius * splat.radius * splat.radius;
     let steps_per_length = splat.volume / (SPHERE_VOLUME * cube) * splats.steps_per_world;
     for (var y = first.y; y <= last.y; y++) {
@@ -36,6 +38,7 @@ fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>) {
             }
         }
     }
+    return area(first, last);
 }
 
 // Uniform in [0, 1): rounds the small addends of far splats up as often as needed for their sum to be right.
@@ -46,7 +49,7 @@ fn dither(particle: PackedParticle) -> f32 {
     return f32(h >> 8u) / 16777216.0;
 }
 
-fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) {
+fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32 {
     let corner = clamp(center_px - 0.5, vec2(-2.0), vec2<f32>(grid.last_px) + 1.0);
     let base = floor(corner);
     let part = corner - base;
@@ -55,10 +58,12 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) {
     let pixel_size = abs(grid.step) * mix(1.0, d, grid.perspective);
     // Volume over the pixel's cross-section, which is perpendicular to the ray.
     let steps = splat.volume * sqrt(1.0 + dot(slope, slope)) / (pixel_size.x * pixel_size.y) * splats.steps_per_world;
+    var visited = 0u;
     for (var tap = 0; tap < 4; tap++) {
         let offset = vec2(tap & 1, tap >> 1u);
         let at = vec2<i32>(base) + offset;
         if all(at >= vec2(0)) && all(at <= grid.last_px) {
+            visited++;
             let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
             let weights = select(1.0 - part, part, offset == vec2(1));
             // Part of the sphere's volume in front of the scene: a spherical segment of height 2 R f.
@@ -68,6 +73,7 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) {
             add(pixel, steps * weights.x * weights.y * visible + fract(noise + 0.25 * f32(tap)));
         }
     }
+    return visited;
 }
 
 @compute @workgroup_size(LANES)
@@ -78,16 +84,18 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     }
     let range = ranges[index];
     let grid = grid_of(camera, thickness.scale);
+    var visited = 0u;
     for (var i = lane; i < range.count; i += LANES) {
         let particle = particles[range.first + i];
         let splat = splat_of(camera, splats, particle, range.keep);
         if is_drawn(camera, splat) {
             let box = footprint(grid, splat);
             if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
-                draw_point(grid, splat, box.center_px, dither(particle));
+                visited += draw_point(grid, splat, box.center_px, dither(particle));
             } else {
-                draw_profile(grid, splat, box.first, box.last);
+                visited += draw_profile(grid, splat, box.first, box.last);
             }
         }
     }
+    count(visited);
 }

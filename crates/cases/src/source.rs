@@ -104,6 +104,7 @@ impl FrameSource for CaseSource {
             origin,
             sets: vec![ParticleSet { name: "water".to_owned(), look: Look::Water, particles }],
             flaws: Flaws::default(),
+            read: None,
         })
     }
 }

@@ -41,6 +41,7 @@ pub fn run(
         // Nothing is lost on the software drivers that this is about: they run one pass after the other anyway.
         studio.renderer.set_timing(Timing::Isolated);
     }
+    studio.renderer.set_counting(args.report.is_some());
     let preparer = studio.renderer.preparer(&studio.world);
     let threads = global.threads.map_or(PrefetchOptions::default().threads, usize::from);
     let options = PrefetchOptions { threads, request: FrameRequest::default(), ..Default::default() };

@@ -87,7 +87,7 @@ impl RenderReport {
             size: studio.size,
             camera: CameraReport::of(&studio.camera, series.space().origin),
             space: *series.space(),
-            settings: serde_json::to_value(studio.renderer.settings()).unwrap_or_default(),
+            settings: studio.renderer.settings().effective(studio.renderer.registry()),
             choices: studio.choices.clone(),
             flaws: studio.flaws.clone(),
             frames: Vec::new(),

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
-use crate::{Aabb, Flaws};
+use crate::{Aabb, Flaws, FrameRead};
 
 /// What a particle set is drawn as.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, Serialize, Deserialize)]
@@ -96,6 +96,8 @@ pub struct SetFrame {
     pub sets: Vec<ParticleSet>,
     /// What was lost while reading.
     pub flaws: Flaws,
+    /// What reading it took, where the source counts.
+    pub read: Option<FrameRead>,
 }
 
 impl SetFrame {

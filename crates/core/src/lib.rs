@@ -9,6 +9,7 @@
 
 mod bounds;
 mod camera;
+mod counters;
 mod flaws;
 mod frame;
 mod report;
@@ -17,8 +18,9 @@ mod source;
 
 pub use bounds::Aabb;
 pub use camera::{Camera, CameraError, Projection};
+pub use counters::{FrameRead, WorkCounters};
 pub use flaws::{Flaw, Flaws};
 pub use frame::{Attribute, Look, ParticleFrame, ParticleSet, SetFrame};
-pub use report::{Choice, FrameReport, ParticleCounts, StageCost};
+pub use report::{Choice, FrameReport, StageCost};
 pub use series::{DEFAULT_RADIUS_PER_SPACING, RadiusChoice, SeriesSpace, SpacingSource, UpAxis};
 pub use source::{Cancel, FrameError, FrameErrorKind, FrameRequest, FrameSource};

@@ -1,6 +1,6 @@
 use serde::Serialize;
 
-use crate::Flaws;
+use crate::{Flaws, WorkCounters};
 
 /// What one stage of one frame cost. A pass that did not run has no entry; a clock that is not trusted is `None`, never
 /// zero.
@@ -35,19 +35,6 @@ impl std::fmt::Display for Choice {
     }
 }
 
-/// Particle numbers of one frame.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize)]
-pub struct ParticleCounts {
-    /// In the sets that are drawn.
-    pub input: u64,
-    /// Left after culling and thinning.
-    pub kept: u64,
-    /// Chunks looked at.
-    pub chunks: u64,
-    /// Chunks outside the view.
-    pub chunks_culled: u64,
-}
-
 /// Everything a picture says about itself.
 #[derive(Clone, Debug, Default, Serialize)]
 pub struct FrameReport {
@@ -55,8 +42,8 @@ pub struct FrameReport {
     pub frame: usize,
     /// Simulation time.
     pub time: Option<f64>,
-    /// Particle numbers.
-    pub particles: ParticleCounts,
+    /// How much work it was.
+    pub counters: WorkCounters,
     /// Cost per stage, in the order run.
     pub stages: Vec<StageCost>,
     /// Ways in which the picture is not what was asked.

@@ -8,7 +8,9 @@ use meniscus_core::Flaw;
 
 use crate::adapter::{self, AdapterChoice, AdapterSummary};
 use crate::pipeline::ComputePipelineDescriptor;
+use crate::readback::Readback;
 use crate::recorder::BindCache;
+use crate::work::{GpuWork, WorkMeter};
 use crate::{ComputePipeline, GpuError, shader};
 
 /// Bytes of GPU memory that live resources of this crate hold, and the largest sum so far.
@@ -42,12 +44,15 @@ impl GpuMemory {
 /// The device that draws, with what every stage needs of it. One per process is enough; not cloned.
 pub struct Gpu {
     pub(crate) device: wgpu::Device,
+    /// Only for [`Self::write_buffer`], [`Self::submit`] and textures, which count.
     pub(crate) queue: wgpu::Queue,
     summary: AdapterSummary,
     flaw: Option<Flaw>,
     limits: wgpu::Limits,
     features: wgpu::Features,
     pub(crate) memory: Arc<GpuMemory>,
+    pub(crate) work: WorkMeter,
+    pub(crate) readback: Readback,
     pub(crate) bind_cache: BindCache,
     pub(crate) fill: ComputePipeline,
     driver_error: Arc<Mutex<Option<String>>>,
@@ -106,6 +111,8 @@ impl Gpu {
             limits,
             features,
             memory: Arc::default(),
+            work: WorkMeter::default(),
+            readback: Readback::default(),
             bind_cache: BindCache::default(),
             fill,
             driver_error,
@@ -160,6 +167,26 @@ impl Gpu {
         &self.memory
     }
 
+    /// What the device was asked to do since [`Self::restart_work`].
+    pub fn work(&self) -> GpuWork {
+        self.work.read()
+    }
+
+    /// Counts from zero: a frame begins.
+    pub fn restart_work(&self) {
+        self.work.restart();
+    }
+
+    pub(crate) fn write_buffer(&self, what: &'static str, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {
+        self.work.add(|work| *work.uploaded.entry(what).or_default() += bytes.len() as u64);
+        self.queue.write_buffer(buffer, offset, bytes);
+    }
+
+    pub(crate) fn submit(&self, commands: Option<wgpu::CommandBuffer>) {
+        self.work.add(|work| work.submissions += 1);
+        self.queue.submit(commands);
+    }
+
     /// Most elements of `T` that one storage binding may hold: the page size of particle data.
     pub fn page_elements<T>(&self) -> usize {
         (self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size) as usize)
@@ -173,6 +200,14 @@ impl Gpu {
     pub fn wait(&self) -> Result<(), GpuError> {
         self.device.poll(wgpu::PollType::wait_indefinitely()).map_err(|e| GpuError::Driver(e.to_string()))?;
         self.take_error()
+    }
+
+    /// Keeps `error` for [`Self::wait`], as if the driver had reported it.
+    pub(crate) fn report(&self, error: &GpuError) {
+        self.driver_error
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .get_or_insert_with(|| error.to_string());
     }
 
     pub(crate) fn take_error(&self) -> Result<(), GpuError> {

@@ -15,6 +15,8 @@ mod recorder;
 mod resource;
 pub mod role;
 mod shader;
+mod tally;
+mod work;
 
 pub use adapter::{AdapterChoice, AdapterSummary, INSTALL_HINT, list_adapters};
 pub use camera::CameraUniform;
@@ -26,6 +28,7 @@ pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing, process_cpu_m
 pub use resource::{Buffer, Image, Texture};
 pub use role::{Role, TextureRole};
 pub use shader::{COMMON, Definition, Shader, compose};
+pub use work::GpuWork;
 
 /// Re-exported so that stages agree on one version.
 pub use wgpu;

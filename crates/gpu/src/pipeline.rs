@@ -1,5 +1,6 @@
 //! Pipelines whose bindings and workgroup sizes come from the shader itself.
 
+use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 use crate::{Definition, Gpu, GpuError, Shader, TextureRole, shader};
@@ -28,12 +29,15 @@ pub struct ComputePipelineDescriptor<'a> {
     pub includes: &'a [Shader],
     /// Preprocessor constants.
     pub definitions: &'a [Definition],
+    /// Name of the counter that the pass adds its work to, of [`WorkCounters`](meniscus_core::WorkCounters) to be reported;
+    /// its shader then calls `meniscus::tally::count`. Passes may share one.
+    pub counts: Option<&'static str>,
 }
 
 impl ComputePipelineDescriptor<'_> {
     /// `shader` without further includes or definitions.
     pub fn new(shader: Shader) -> Self {
-        Self { shader, includes: &[], definitions: &[] }
+        Self { shader, includes: &[], definitions: &[], counts: None }
     }
 }
 
@@ -44,6 +48,17 @@ pub struct ComputePipeline {
     pub(crate) pipeline: wgpu::ComputePipeline,
     pub(crate) bindings: Bindings,
     workgroup_size: [u32; 3],
+    counting: Option<Counting>,
+}
+
+/// The variant of a pass that counts its work; compiled when it is first wanted, which few runs do.
+#[derive(Debug)]
+struct Counting {
+    counter: &'static str,
+    shader: Shader,
+    includes: Vec<Shader>,
+    definitions: Vec<Definition>,
+    compiled: OnceLock<Option<Box<ComputePipeline>>>,
 }
 
 impl ComputePipeline {
@@ -73,7 +88,31 @@ impl ComputePipeline {
             compilation_options: Default::default(),
             cache,
         });
-        Ok(Self { name, pipeline, bindings, workgroup_size })
+        let counting = descriptor.counts.map(|counter| Counting {
+            counter,
+            shader: descriptor.shader,
+            includes: descriptor.includes.to_vec(),
+            definitions: descriptor.definitions.iter().copied().chain([shader::COUNT]).collect(),
+            compiled: OnceLock::new(),
+        });
+        Ok(Self { name, pipeline, bindings, workgroup_size, counting })
+    }
+
+    /// The variant that counts and the name of its counter, where the pass has one. What keeps it from compiling comes out
+    /// of [`Gpu::wait`].
+    pub(crate) fn counting(&self, gpu: &Gpu) -> Option<(&Self, &'static str)> {
+        let counting = self.counting.as_ref()?;
+        let compile = || {
+            let descriptor = ComputePipelineDescriptor {
+                shader: counting.shader,
+                includes: &counting.includes,
+                definitions: &counting.definitions,
+                counts: None,
+            };
+            let compiled = gpu.compute_pipeline(&descriptor);
+            compiled.map(Box::new).inspect_err(|error| gpu.report(error)).ok()
+        };
+        Some((counting.compiled.get_or_init(compile).as_ref()?, counting.counter))
     }
 
     /// Workgroup size as written in the shader.
@@ -175,6 +214,8 @@ fn reflect(
     for (_, variable) in module.global_variables.iter() {
         let Some(binding) = &variable.binding else { continue };
         let name = variable.name.clone().unwrap_or_default();
+        // Of a variable that an include declares, naga_oil makes the name its own.
+        let name = name.split("X_naga_oil_mod_X").next().unwrap_or_default().to_owned();
         if binding.group != 0 {
             return Err(fail(format!(
                 "binding {name} is in group {}, meniscus passes use group 0 only",

@@ -1,4 +1,54 @@
+use std::sync::{Mutex, PoisonError};
+
+use crate::resource::Accounted;
 use crate::{Buffer, Gpu, GpuError, Image, Role};
+
+/// The buffer that results are read back through, kept and only ever made larger: reading a picture of every frame
+/// allocates once.
+#[derive(Debug, Default)]
+pub(crate) struct Readback(Mutex<Option<(wgpu::Buffer, Accounted)>>);
+
+impl Gpu {
+    /// Waits for the GPU and hands the first `bytes` bytes of `source`, a multiple of 4, to `take`.
+    pub(crate) fn read_back<T>(
+        &self,
+        what: &str,
+        source: &wgpu::Buffer,
+        bytes: u64,
+        take: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, GpuError> {
+        let mut kept = self.readback.0.lock().unwrap_or_else(PoisonError::into_inner);
+        // Taken out, so that a buffer whose mapping failed is not used again.
+        let (staging, accounted) = match kept.take().filter(|(staging, _)| staging.size() >= bytes) {
+            Some(staging) => staging,
+            None => {
+                let staging = self.device.create_buffer(&wgpu::BufferDescriptor {
+                    label: Some("readback"),
+                    size: bytes,
+                    usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
+                    mapped_at_creation: false,
+                });
+                (staging, Accounted::new(self, bytes))
+            }
+        };
+        let mut encoder = self.device.create_command_encoder(&Default::default());
+        encoder.copy_buffer_to_buffer(source, 0, &staging, 0, bytes);
+        self.submit(Some(encoder.finish()));
+        let (sender, receiver) = std::sync::mpsc::channel();
+        staging.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
+            let _ = sender.send(result);
+        });
+        self.wait()?;
+        let mapped = receiver.recv().map_err(|e| GpuError::Driver(e.to_string()))?;
+        mapped.map_err(|e| GpuError::Driver(format!("reading {what} back: {e}")))?;
+        let view = staging.get_mapped_range(..bytes).map_err(|e| GpuError::Driver(e.to_string()))?;
+        let taken = take(&view);
+        drop(view);
+        staging.unmap();
+        *kept = Some((staging, accounted));
+        Ok(taken)
+    }
+}
 
 impl<R: Role> Buffer<R> {
     /// Waits for the GPU and copies the elements in use to the host.
@@ -18,24 +68,9 @@ impl<R: Role> Buffer<R> {
         if bytes == 0 {
             return Ok(Vec::new());
         }
-        let staging = gpu.device.create_buffer(&wgpu::BufferDescriptor {
-            label: Some("readback"),
-            size: bytes.next_multiple_of(4),
-            usage: wgpu::BufferUsages::MAP_READ | wgpu::BufferUsages::COPY_DST,
-            mapped_at_creation: false,
-        });
-        let mut encoder = gpu.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(&self.raw, 0, &staging, 0, bytes.next_multiple_of(4));
-        gpu.queue.submit([encoder.finish()]);
-        let (sender, receiver) = std::sync::mpsc::channel();
-        staging.map_async(wgpu::MapMode::Read, .., move |result| {
-            let _ = sender.send(result);
-        });
-        gpu.wait()?;
-        let mapped = receiver.recv().map_err(|e| GpuError::Driver(e.to_string()))?;
-        mapped.map_err(|e| GpuError::Driver(format!("reading {} back: {e}", R::NAME)))?;
-        let view = staging.get_mapped_range(..).map_err(|e| GpuError::Driver(e.to_string()))?;
-        Ok(bytemuck::pod_collect_to_vec(&view[..bytes as usize]))
+        gpu.read_back(R::NAME, &self.raw, bytes.next_multiple_of(4), |read| {
+            bytemuck::pod_collect_to_vec(&read[..bytes as usize])
+        })
     }
 }
 

@@ -9,7 +9,9 @@ use meniscus_core::StageCost;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
 use crate::pipeline::Bindings;
-use crate::{Buffer, ComputePipeline, Gpu, GpuError, RasterPipeline, Role};
+use crate::resource::Accounted;
+use crate::tally::Tallies;
+use crate::{Buffer, ComputePipeline, Gpu, GpuError, GpuWork, RasterPipeline, Role};
 
 /// A resource in a binding slot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -145,6 +147,10 @@ pub struct Recorder {
     isolated: Vec<StageCost>,
     uniforms: Vec<u8>,
     uniform_buffer: wgpu::Buffer,
+    _accounted: Accounted,
+    tallies: Option<Tallies>,
+    /// Whether the next pass is the first of its frame.
+    is_new_frame: bool,
 }
 
 /// A frame that was handed to the GPU.
@@ -167,7 +173,32 @@ impl Recorder {
             usage: wgpu::BufferUsages::UNIFORM | wgpu::BufferUsages::COPY_DST,
             mapped_at_creation: false,
         });
-        Self { encoder: None, profiler, timing, isolated: Vec::new(), uniforms: Vec::new(), uniform_buffer }
+        Self {
+            encoder: None,
+            profiler,
+            timing,
+            isolated: Vec::new(),
+            uniforms: Vec::new(),
+            uniform_buffer,
+            _accounted: Accounted::new(gpu, UNIFORM_BYTES),
+            tallies: None,
+            is_new_frame: true,
+        }
+    }
+
+    /// Whether passes count their own work in the following frames ([`Self::tallies`]). Slower: every invocation then adds
+    /// to one sum of all.
+    pub fn set_counting(&mut self, gpu: &Gpu, counting: bool) {
+        self.tallies = counting.then(|| self.tallies.take().unwrap_or_else(|| Tallies::new(gpu)));
+        self.is_new_frame = true;
+    }
+
+    /// What the passes of the last submitted frame counted, by name; none without [`Self::set_counting`]. Waits for the GPU.
+    ///
+    /// # Errors
+    /// The GPU's.
+    pub fn tallies(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, GpuError> {
+        self.tallies.as_ref().map_or(Ok(Vec::new()), |tallies| tallies.read(gpu))
     }
 
     /// Changes how the following frames are timed.
@@ -212,7 +243,24 @@ impl Recorder {
         if groups.contains(&0) {
             return;
         }
-        let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, bindings);
+        self.begin_frame(gpu);
+        let counting = self.tallies.as_mut().and_then(|tallies| {
+            let (variant, counter) = pipeline.counting(gpu)?;
+            Some((variant, tallies.slot(counter)?))
+        });
+        let mut bindings = bindings.to_vec();
+        let pipeline = match counting {
+            Some((variant, tally)) => {
+                bindings.push(("tally", tally));
+                variant
+            }
+            None => pipeline,
+        };
+        let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, &bindings);
+        gpu.work.add(|work| {
+            work.compute_passes += 1;
+            work.workgroups += groups.iter().map(|&n| u64::from(n)).product::<u64>();
+        });
         self.timed(gpu, name, |encoder, query| {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(name),
@@ -244,6 +292,8 @@ impl Recorder {
         draw: impl FnOnce(&mut wgpu::RenderPass<'_>),
     ) {
         let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, bindings);
+        self.begin_frame(gpu);
+        gpu.work.add(|work| work.raster_passes += 1);
         let attachments: Vec<_> = targets
             .iter()
             .map(|(view, clear)| {
@@ -295,6 +345,17 @@ impl Recorder {
         self.compute(gpu, name, &gpu.fill, &[("fill", fill), ("words", buffer.bind())], groups);
     }
 
+    fn begin_frame(&mut self, gpu: &Gpu) {
+        if std::mem::take(&mut self.is_new_frame)
+            && let Some(tallies) = &mut self.tallies
+        {
+            let mut encoder =
+                self.encoder.take().unwrap_or_else(|| gpu.device.create_command_encoder(&Default::default()));
+            tallies.restart(&mut encoder);
+            self.encoder = Some(encoder);
+        }
+    }
+
     fn timed(
         &mut self,
         gpu: &Gpu,
@@ -330,8 +391,8 @@ impl Recorder {
 
     fn flush(&mut self, gpu: &Gpu) {
         if let Some(encoder) = self.encoder.take() {
-            gpu.queue.write_buffer(&self.uniform_buffer, 0, &self.uniforms);
-            gpu.queue.submit([encoder.finish()]);
+            gpu.write_buffer(GpuWork::UNIFORMS, &self.uniform_buffer, 0, &self.uniforms);
+            gpu.submit(Some(encoder.finish()));
         }
     }
 
@@ -351,6 +412,7 @@ impl Recorder {
             self.flush(gpu);
         }
         self.uniforms.clear();
+        self.is_new_frame = true;
         gpu.take_error()?;
         Ok(Submitted(()))
     }

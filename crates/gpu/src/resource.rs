@@ -8,14 +8,18 @@ use crate::{Binding, Gpu, GpuError, Role, TextureRole};
 
 /// Counts a resource's bytes for as long as it lives.
 #[derive(Debug)]
-struct Accounted {
+pub(crate) struct Accounted {
     bytes: u64,
     memory: Arc<GpuMemory>,
 }
 
 impl Accounted {
-    fn new(gpu: &Gpu, bytes: u64) -> Self {
+    pub(crate) fn new(gpu: &Gpu, bytes: u64) -> Self {
         gpu.memory.add(bytes);
+        gpu.work.add(|work| {
+            work.allocations += 1;
+            work.bytes_allocated += bytes;
+        });
         Self { bytes, memory: Arc::clone(&gpu.memory) }
     }
 }
@@ -94,9 +98,9 @@ impl<R: Role> Buffer<R> {
         // the whole in wgpu's staging memory.
         const PIECE: usize = 16 << 20;
         for (i, piece) in bytes.chunks(PIECE).enumerate() {
-            gpu.queue.write_buffer(&self.raw, (i * PIECE) as u64, piece);
+            gpu.write_buffer(R::NAME, &self.raw, (i * PIECE) as u64, piece);
             if bytes.len() > PIECE {
-                gpu.queue.submit([]);
+                gpu.submit(None);
             }
         }
         Ok(())
@@ -226,6 +230,7 @@ impl<R: TextureRole> Texture<R> {
             self.size,
             R::NAME
         );
+        gpu.work.add(|work| *work.uploaded.entry(R::NAME).or_default() += bytes.len() as u64);
         gpu.queue.write_texture(
             self.raw.as_image_copy(),
             bytes,

@@ -35,11 +35,13 @@ macro_rules! shader {
     };
 }
 
-/// Includes that every shader may import: `meniscus::camera`, `meniscus::surface`, `meniscus::particle`.
+/// Includes that every shader may import: `meniscus::camera`, `meniscus::surface`, `meniscus::particle`,
+/// `meniscus::tally`.
 pub const COMMON: &[Shader] = &[
     shader!(include "common/camera"),
     shader!(include "common/surface"),
     shader!(include "common/particle"),
+    shader!(include "common/tally"),
 ];
 
 /// A preprocessor constant: `#ifdef NAME`, `#{NAME}`.
@@ -50,6 +52,9 @@ pub struct Definition {
     /// Value; integers can be inserted with `#{NAME}`.
     pub value: u32,
 }
+
+/// Compiles the variant of a pass that counts its work.
+pub(crate) const COUNT: Definition = Definition { name: "COUNT", value: 1 };
 
 /// Resolves the imports of `shader` against `includes` (each listed after what it imports itself; [`COMMON`] is always
 /// there) and validates the result.
@@ -156,7 +161,10 @@ mod tests {
         assert!(!passes.is_empty());
         let failures: Vec<String> = passes
             .iter()
-            .filter_map(|pass| compose(pass, &includes, &[]).err())
+            .flat_map(|pass| {
+                [&[][..], &[COUNT]].map(|definitions| compose(pass, &includes, definitions).err())
+            })
+            .flatten()
             .map(|e| e.to_string())
             .collect();
         assert!(failures.is_empty(), "{}", failures.join("\n\n"));

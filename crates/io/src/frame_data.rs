@@ -1,6 +1,7 @@
 //! The particles of one time: all parts and pieces as if they were one file.
 
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicU64, Ordering};
 
 use meniscus_core::Cancel;
 
@@ -30,6 +31,7 @@ pub(crate) struct FrameData {
     /// Files that hold surface meshes and were left out.
     pub meshes: Vec<PathBuf>,
     attributes: Vec<AttributeInfo>,
+    bytes_read: AtomicU64,
 }
 
 /// Names of the array that identifies particles from frame to frame.
@@ -69,7 +71,14 @@ impl FrameData {
             Error::malformed(&step.files[0], "number of points", "the pieces declare more than can exist")
         })?;
         let attributes = common_attributes(&pieces);
-        Ok(Self { pieces, time: step.time.or(time), points, meshes, attributes })
+        Ok(Self {
+            pieces,
+            time: step.time.or(time),
+            points,
+            meshes,
+            attributes,
+            bytes_read: AtomicU64::new(0),
+        })
     }
 
     /// An error when a file was written to since it was opened. Asked once its values are read.
@@ -226,6 +235,11 @@ impl FrameData {
             .collect()
     }
 
+    /// Bytes of the files that hold what was decoded so far, as stored; an array decoded twice counts twice.
+    pub fn bytes_read(&self) -> u64 {
+        self.bytes_read.load(Ordering::Relaxed)
+    }
+
     fn decode_all<C: Convert, S: Sink<Item = C::Out>>(
         &self,
         arrays: &[CheckedArray<'_>],
@@ -237,6 +251,7 @@ impl FrameData {
         for array in arrays {
             let (head, tail) = rest.split_at(array.len());
             array.decode(convert, head, cancel)?;
+            self.bytes_read.fetch_add(array.stored_bytes(), Ordering::Relaxed);
             rest = tail;
         }
         Ok(())

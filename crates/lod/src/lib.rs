@@ -26,5 +26,5 @@ pub use error::LodError;
 pub use gpu_set::GpuSet;
 pub use hash::Identity;
 pub use params::{LodParams, Policy};
-pub use select::{Selection, select};
+pub use select::{ParticleCounts, Selection, select};
 pub use selector::Selector;

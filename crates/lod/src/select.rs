@@ -1,6 +1,6 @@
 //! Which particles of a set a picture needs.
 
-use meniscus_core::{Camera, ParticleCounts};
+use meniscus_core::Camera;
 use meniscus_gpu::role::{KeptRange, PackedParticle};
 use rayon::prelude::*;
 
@@ -15,6 +15,19 @@ pub const RANGE_PARTICLES: u32 = 512;
 /// Smallest keep probability other than none, in 1/65536: below it, the sixteen bits of the hash would bias the fade's
 /// mean weight by more than 0.3 % (see the bound in the tests of [`crate::weight`]).
 pub const MIN_KEEP: u32 = 16;
+
+/// Particle numbers of one set.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct ParticleCounts {
+    /// In the set.
+    pub input: u64,
+    /// Left after culling and thinning.
+    pub kept: u64,
+    /// Chunks looked at.
+    pub chunks: u64,
+    /// Chunks outside the view.
+    pub chunks_culled: u64,
+}
 
 /// What is drawn.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]

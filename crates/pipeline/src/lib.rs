@@ -6,6 +6,7 @@
 //!            threads
 //! ```
 
+mod counters;
 mod error;
 mod images;
 mod measure;

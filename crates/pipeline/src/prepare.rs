@@ -1,4 +1,4 @@
-use meniscus_core::{Flaws, Look, SetFrame};
+use meniscus_core::{Flaws, FrameRead, Look, SetFrame};
 use meniscus_lod::{ChunkOptions, ChunkedSet, Identity, chunks};
 
 /// A frame in the order the GPU wants it, made on reader threads.
@@ -12,6 +12,8 @@ pub struct PreparedFrame {
     pub sets: Vec<PreparedSet>,
     /// What was lost while reading.
     pub flaws: Flaws,
+    /// What reading it took, where the source counts.
+    pub read: Option<FrameRead>,
 }
 
 /// One set of a prepared frame.
@@ -57,6 +59,6 @@ impl Preparer {
                 chunked: chunks::build(&set.particles, &options),
             })
             .collect();
-        PreparedFrame { index: frame.index, time: frame.time, sets, flaws: frame.flaws }
+        PreparedFrame { index: frame.index, time: frame.time, sets, flaws: frame.flaws, read: frame.read }
     }
 }

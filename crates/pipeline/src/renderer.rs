@@ -1,11 +1,12 @@
 use meniscus_compositor::Compositor;
-use meniscus_core::{Camera, Flaw, FrameReport, Look, ParticleCounts, StageCost};
+use meniscus_core::{Camera, Flaw, FrameReport, Look, StageCost, WorkCounters};
 use meniscus_gpu::role::PackedParticle;
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Timing};
-use meniscus_lod::{GpuSet, Selector};
+use meniscus_lod::{GpuSet, ParticleCounts, Selector};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
 use meniscus_ssfr::{SplatInput, SplatSet, Ssfr, SurfaceImages};
 
+use crate::counters;
 use crate::images::FrameImages;
 use crate::opaque_sets::OpaqueSets;
 use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, World};
@@ -43,6 +44,7 @@ pub struct Renderer {
     opaque: Option<OpaqueSets>,
     sets: Vec<DrawnSet>,
     counts: ParticleCounts,
+    counting: bool,
 }
 
 impl Renderer {
@@ -66,6 +68,7 @@ impl Renderer {
             opaque: None,
             sets: Vec::new(),
             counts: ParticleCounts::default(),
+            counting: false,
             gpu,
             registry,
             settings,
@@ -82,6 +85,11 @@ impl Renderer {
         &self.settings
     }
 
+    /// The filters and lighting models there are.
+    pub fn registry(&self) -> &Registry {
+        &self.registry
+    }
+
     /// Brings frames of `world`'s series into the order that this renderer wants; for reader threads.
     pub fn preparer(&self, world: &World) -> Preparer {
         Preparer {
@@ -94,6 +102,13 @@ impl Renderer {
     /// How the following frames are timed.
     pub fn set_timing(&mut self, timing: Timing) {
         self.recorder.set_timing(timing);
+    }
+
+    /// Whether passes count their own work in the following frames: splat pixels, filter taps. They are then compiled a second
+    /// time and take longer. The other counters are always there.
+    pub fn set_counting(&mut self, counting: bool) {
+        self.counting = counting;
+        self.recorder.set_counting(&self.gpu, counting);
     }
 
     /// Draws `frame` and reads the picture back.
@@ -114,8 +129,8 @@ impl Renderer {
         }
         let pixels = self.images().display.read(&self.gpu)?;
         let stages = self.take_costs();
-        let report =
-            FrameReport { frame: frame.index, time: frame.time, particles: self.counts, stages, flaws };
+        let counters = self.counters(frame)?;
+        let report = FrameReport { frame: frame.index, time: frame.time, counters, stages, flaws };
         Ok(Picture { pixels, report })
     }
 
@@ -134,6 +149,23 @@ impl Renderer {
         let _ = self.recorder.submit(&self.gpu)?;
         self.gpu.wait()?;
         Ok(())
+    }
+
+    /// How much work the last frame was, which drew `frame`: all that was asked of the device since it began, reading results
+    /// back included. Waits for the GPU while passes count.
+    ///
+    /// # Errors
+    /// The GPU's.
+    pub fn counters(&self, frame: &PreparedFrame) -> Result<WorkCounters, PipelineError> {
+        let mut counters = counters::of_host(frame, self.counts, &self.gpu.work(), self.gpu.memory());
+        if self.counting {
+            counters.covered_pixels = Some(self.surface_images().covered_pixels(&self.gpu)?.into());
+            for (name, sum) in self.recorder.tallies(&self.gpu)? {
+                // A pass of somebody's own may count what no report has.
+                let _ = counters.set(name, sum);
+            }
+        }
+        Ok(counters)
     }
 
     /// Cost per pass of the oldest frame not asked for yet.
@@ -197,6 +229,7 @@ impl Renderer {
         camera: &Camera,
         size: [u32; 2],
     ) -> Result<(), PipelineError> {
+        self.gpu.restart_work();
         camera.validate()?;
         self.fit_images(size)?;
         if self.geometry.is_none() {

@@ -174,6 +174,13 @@ impl Settings {
 
     /// All parameters as `(key, value)`, those of the chosen filter and lighting model with their defaults.
     pub fn describe(&self, registry: &Registry) -> Vec<(String, String)> {
+        let mut lines = Vec::new();
+        flatten("", &self.effective(registry), &mut lines);
+        lines
+    }
+
+    /// All parameters as a tree of JSON, those of the chosen filter and lighting model with their defaults.
+    pub fn effective(&self, registry: &Registry) -> Value {
         let mut tree = serde_json::to_value(self).unwrap_or_default();
         let defaults = [
             registry.filter_defaults(&self.surface.filter.name),
@@ -186,9 +193,7 @@ impl Settings {
                 }
             }
         }
-        let mut lines = Vec::new();
-        flatten("", &tree, &mut lines);
-        lines
+        tree
     }
 }
 

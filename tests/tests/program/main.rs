@@ -5,6 +5,7 @@ mod adapters;
 mod bench;
 mod compare;
 mod convert;
+mod counters;
 mod errors;
 mod help;
 mod info;

@@ -25,8 +25,8 @@ fn the_report_is_complete() {
     let times: Vec<f64> = frames.iter().filter_map(|frame| frame["time"].as_f64()).collect();
     assert!(times.len() == 2 && 0.0 < times[0] && times[0] < times[1], "{times:?}");
     for frame in frames {
-        assert_eq!(frame["particles"]["input"], 3000);
-        assert!(frame["particles"]["kept"].as_u64() <= Some(3000));
+        assert_eq!(frame["counters"]["particles"], 3000);
+        assert!(frame["counters"]["particles_kept"].as_u64() <= Some(3000));
         let stages = frame["stages"].as_array().expect("stages");
         let names: Vec<&str> = stages.iter().filter_map(|s| s["name"].as_str()).collect();
         for name in [
@@ -80,8 +80,8 @@ fn level_of_detail_keeps_its_share_of_what_is_visible() {
     let program = program_with_dam(40_000, 1);
     let counts = |flags: &str| {
         program.run(&format!("render dam -o a.png --frame 0 --size 64x36 --report r.json {flags}")).ok();
-        let particles = read_json(&program.path("r.json"))["frames"][0]["particles"].clone();
-        ["input", "kept"].map(|key| particles[key].as_f64().expect("a number"))
+        let particles = read_json(&program.path("r.json"))["frames"][0]["counters"].clone();
+        ["particles", "particles_kept"].map(|key| particles[key].as_f64().expect("a number"))
     };
     assert_eq!(counts(""), [40_000.0; 2]);
     let [input, kept] = counts("--lod 0.3");

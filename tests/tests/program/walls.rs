@@ -16,7 +16,7 @@ fn walls_are_pointed_out_with_a_flag_that_removes_them() {
     let report = read_json(&program.path("r.json"));
     let flaw = &report["flaws"][0];
     assert_eq!(flaw["kind"], "walls_drawn_as_water", "{report}");
-    assert_eq!(report["frames"][0]["particles"]["kept"], 7128 + 10_432);
+    assert_eq!(report["frames"][0]["counters"]["particles_kept"], 7128 + 10_432);
     let flag = flaw["flag"].as_str().expect("a flag");
     assert!(bare.stderr.contains(flag), "printed as well: {}", bare.stderr);
 
@@ -24,7 +24,7 @@ fn walls_are_pointed_out_with_a_flag_that_removes_them() {
     let clean = program.run(&format!("{render} {flag}")).ok();
     let report = read_json(&program.path("r.json"));
     assert_eq!(report["flaws"], serde_json::json!([]));
-    assert_eq!(report["frames"][0]["particles"]["kept"], 7128, "the fluid particles of the example");
+    assert_eq!(report["frames"][0]["counters"]["particles_kept"], 7128, "the fluid particles of the example");
     assert!(!clean.stderr.contains("walls"), "{}", clean.stderr);
 }
 
@@ -37,5 +37,5 @@ fn hidden_sets_are_not_drawn() {
     program
         .run(&format!("render '{}' --frame 3 --size 64x36 --report r.json -o a.png {sets}", input.display()))
         .ok();
-    assert_eq!(read_json(&program.path("r.json"))["frames"][0]["particles"]["input"], 7128);
+    assert_eq!(read_json(&program.path("r.json"))["frames"][0]["counters"]["particles"], 7128);
 }

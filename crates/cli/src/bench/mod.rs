@@ -97,6 +97,12 @@ pub fn run(
         bar.inc(1);
     }
     bar.finish_and_clear();
+    // Passes that count take longer: in a picture of their own, as in production otherwise.
+    studio.renderer.set_timing(Timing::Stamps);
+    studio.renderer.set_counting(true);
+    orbit.draw(&mut studio, &frame, &cancel)?;
+    let counters = studio.renderer.counters(&frame)?;
+
     let summary = studio.renderer.gpu().summary().clone();
     let report = BenchReport {
         command: std::env::args_os().map(|arg| arg.to_string_lossy().into_owned()).collect(),
@@ -119,6 +125,7 @@ pub fn run(
         first_picture_ms: warmup_ms.first().copied(),
         frame: FrameSpread { wall_ms: Spread::of(&wall), cpu_ms: Spread::of(&cpu), gpu_ms: Spread::of(&gpu) },
         stages: StageSpread::all(&stages),
+        counters,
         peak_bytes: studio.renderer.gpu().memory().peak(),
         flaws,
     };

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use meniscus_core::Flaws;
+use meniscus_core::{Flaws, WorkCounters};
 use serde::Serialize;
 use serde_json::{Map, Value};
 
@@ -44,6 +44,7 @@ pub struct BenchReport {
     pub first_picture_ms: Option<f64>,
     pub frame: FrameSpread,
     pub stages: Vec<StageSpread>,
+    pub counters: WorkCounters,
     pub peak_bytes: u64,
     pub flaws: Flaws,
 }

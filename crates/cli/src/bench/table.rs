@@ -44,6 +44,12 @@ pub fn print_table(report: &BenchReport) {
     print(format_args!(
         "wall and cpu of a stage are of that stage run on its own; the whole picture is less than their sum"
     ));
+    print(format_args!("{:28} {:>10}", "work of one picture", "count"));
+    for (name, unit, value) in report.counters.iter() {
+        if let Some(value) = value {
+            print(format_args!("  {name:26} {value:>10} {unit}"));
+        }
+    }
 }
 
 fn cell(spread: Option<Spread>) -> String {

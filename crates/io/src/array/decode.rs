@@ -6,7 +6,7 @@ use rayon::prelude::*;
 use super::{CheckedArray, Content, Data, Stream, check};
 use crate::Error;
 use crate::codec::blocks::{BlockTable, Compressor};
-use crate::codec::text;
+use crate::codec::{base64, text};
 use crate::scalar::{Convert, ScalarType};
 use crate::sink::{self, Sink};
 
@@ -17,6 +17,22 @@ impl CheckedArray<'_> {
     /// Number of values.
     pub fn len(&self) -> usize {
         self.array.components * self.array.tuples
+    }
+
+    /// Bytes of the file that hold its values.
+    pub fn stored_bytes(&self) -> u64 {
+        let in_stream = |stream: &Stream<'_>, bytes: usize| match stream {
+            Stream::Raw(_) => bytes,
+            Stream::Base64(_) => base64::encoded_len(bytes).unwrap_or(bytes),
+        };
+        let bytes = match &self.data {
+            Data::Plain { stream, .. } => in_stream(stream, self.array.ty.bytes(self.len()).unwrap_or(0)),
+            Data::Blocks { stream, table, .. } => {
+                in_stream(stream, table.blocks.iter().map(ExactSizeIterator::len).sum())
+            }
+            Data::Text { text, .. } => text.len(),
+        };
+        bytes as u64
     }
 
     /// All values.

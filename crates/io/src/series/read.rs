@@ -1,6 +1,8 @@
 //! One frame as the sets that are drawn.
 
-use meniscus_core::{Attribute, Cancel, Flaw, Flaws, FrameRequest, ParticleFrame, ParticleSet, SetFrame};
+use meniscus_core::{
+    Attribute, Cancel, Flaw, Flaws, FrameRead, FrameRequest, ParticleFrame, ParticleSet, SetFrame,
+};
 use rayon::prelude::*;
 
 use super::sets::{self, NO_SET, SetSource};
@@ -37,6 +39,7 @@ fn read_once(
     let mut particles = split(&frame, assigned, series.sets.len(), origin, request, cancel, &mut dropped)?;
     frame.check_unchanged()?;
     let mut files = step.files.clone();
+    let mut taken = FrameRead { bytes: frame.bytes_read(), particles: frame.points as u64 };
     for (set, plan) in particles.iter_mut().zip(series.sets.iter()) {
         let SetSource::Files(steps) = &plan.source else { continue };
         let Some(step) = companions::companion(steps, index, frame.time) else { continue };
@@ -49,6 +52,8 @@ fn read_once(
         let assigned = real.map(|real| sets::only(&real));
         let mut own = split(&frame, assigned, 1, origin, &request, cancel, &mut dropped)?;
         frame.check_unchanged()?;
+        taken.bytes += frame.bytes_read();
+        taken.particles += frame.points as u64;
         *set = own.pop().unwrap_or_default();
     }
     let mut flaws = Flaws::default();
@@ -58,7 +63,15 @@ fn read_once(
     let sets = std::iter::zip(particles, series.sets.iter())
         .map(|(particles, plan)| ParticleSet { name: plan.name.clone(), look: plan.look, particles })
         .collect();
-    Ok(SetFrame { index, time: frame.time, files, origin: series.space.origin, sets, flaws })
+    Ok(SetFrame {
+        index,
+        time: frame.time,
+        files,
+        origin: series.space.origin,
+        sets,
+        flaws,
+        read: Some(taken),
+    })
 }
 
 /// The particles of each of `count` sets; without `assigned` all go to the first. Adds the number of points without finite

@@ -211,7 +211,7 @@ impl LightingModel for Fluid {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
-        let descriptor = ComputePipelineDescriptor { shader: SHADER, includes: INCLUDES, definitions: &[] };
+        let descriptor = ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(SHADER) };
         Ok(Box::new(FluidPass { model: self.clone(), pipeline: gpu.compute_pipeline(&descriptor)? }))
     }
 

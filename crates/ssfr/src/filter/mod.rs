@@ -12,6 +12,10 @@ pub use narrow_range::{NarrowRange, NarrowRangeParams, NarrowRangeVariant};
 pub use none::NoFilter;
 pub use registry::{DEFAULT, FilterEntry, FilterRegistry};
 
+/// Counter of the samples that a filter reads besides the pixel's own, for the `counts` of its pipelines. A filter whose
+/// passes do not count has no figure in reports.
+pub const TAPS: &str = "filter_taps";
+
 /// Images of one run of a filter, all of one size.
 #[derive(Clone, Copy, Debug)]
 pub struct FilterImages<'a> {

@@ -7,8 +7,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use super::{FilterImages, HostSurface, SurfaceFilter};
+use crate::filter::TAPS;
 use crate::params::check_range;
-use crate::passes::{over_covered, pipeline, pipeline_with};
+use crate::passes::{counted_pipeline, over_covered, pipeline, pipeline_with};
 use crate::{SsfrError, twin};
 
 /// Which form of the narrow-range filter.
@@ -111,11 +112,11 @@ impl NarrowRange {
         Ok(Self {
             params,
             key: pipeline(gpu, shader!("ssfr/narrow_range_key"))?,
-            along: pipeline(gpu, shader!("ssfr/narrow_range"))?,
-            clean: pipeline(gpu, shader!("ssfr/narrow_range_clean"))?,
+            along: counted_pipeline(gpu, shader!("ssfr/narrow_range"), &[], TAPS)?,
+            clean: counted_pipeline(gpu, shader!("ssfr/narrow_range_clean"), &[], TAPS)?,
             paper_key: pipeline_with(gpu, shader!("ssfr/narrow_range_key"), &[paper])?,
-            paper_along: pipeline(gpu, shader!("ssfr/narrow_range_paper"))?,
-            paper_clean: pipeline_with(gpu, shader!("ssfr/narrow_range_paper"), &[square])?,
+            paper_along: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[], TAPS)?,
+            paper_clean: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[square], TAPS)?,
         })
     }
 

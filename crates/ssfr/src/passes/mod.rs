@@ -30,7 +30,24 @@ pub(crate) fn pipeline_with(
     shader: Shader,
     definitions: &[Definition],
 ) -> Result<ComputePipeline, GpuError> {
-    gpu.compute_pipeline(&ComputePipelineDescriptor { shader, includes: INCLUDES, definitions })
+    gpu.compute_pipeline(&descriptor(shader, definitions))
+}
+
+/// As [`pipeline_with`] for a pass that adds its work to the counter `counts`.
+pub(crate) fn counted_pipeline(
+    gpu: &Gpu,
+    shader: Shader,
+    definitions: &[Definition],
+    counts: &'static str,
+) -> Result<ComputePipeline, GpuError> {
+    gpu.compute_pipeline(&ComputePipelineDescriptor {
+        counts: Some(counts),
+        ..descriptor(shader, definitions)
+    })
+}
+
+fn descriptor(shader: Shader, definitions: &[Definition]) -> ComputePipelineDescriptor<'_> {
+    ComputePipelineDescriptor { includes: INCLUDES, definitions, ..ComputePipelineDescriptor::new(shader) }
 }
 
 /// Dispatch of a pass over the list of covered pixels (`shaders/ssfr/covered.inc.wgsl`), whose length only the GPU knows:

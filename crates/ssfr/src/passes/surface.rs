@@ -3,7 +3,7 @@ use meniscus_gpu::{
     Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader, Texture, shader,
 };
 
-use super::{pipeline, pipeline_with};
+use super::{counted_pipeline, pipeline};
 use crate::splats::{Common, SplatUniform};
 use crate::{SplatSet, SurfaceImages};
 
@@ -19,7 +19,7 @@ impl SurfacePasses {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
             limit: pipeline(gpu, shader!("ssfr/limit"))?,
-            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"))?,
+            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), "splat_pixels_depth")?,
             radius: pipeline(gpu, shader!("ssfr/radius"))?,
             surface: pipeline(gpu, shader!("ssfr/surface"))?,
         })
@@ -103,9 +103,13 @@ pub(super) struct SplatPipelines {
 }
 
 impl SplatPipelines {
-    pub(super) fn new(gpu: &Gpu, shader: Shader) -> Result<Self, GpuError> {
+    /// `counts` names the counter of the pixels it visits.
+    pub(super) fn new(gpu: &Gpu, shader: Shader, counts: &'static str) -> Result<Self, GpuError> {
         let uniform = Definition { name: "UNIFORM", value: 1 };
-        Ok(Self { uniform: pipeline_with(gpu, shader, &[uniform])?, general: pipeline(gpu, shader)? })
+        Ok(Self {
+            uniform: counted_pipeline(gpu, shader, &[uniform], counts)?,
+            general: counted_pipeline(gpu, shader, &[], counts)?,
+        })
     }
 
     pub(super) fn of(&self, is_uniform: bool) -> &ComputePipeline {

@@ -50,7 +50,7 @@ impl ThicknessPasses {
         let first = Definition { name: "FIRST", value: 1 };
         Ok(Self {
             prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
-            thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"))?,
+            thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), "splat_pixels_thickness")?,
             smooth_rows: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[first])?,
             smooth_columns: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample"))?,
