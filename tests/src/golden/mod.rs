@@ -50,7 +50,7 @@ pub enum GoldenError {
     },
     /// Somebody would have to have looked at a picture first.
     #[error(
-        "no expected image; look at the picture, then `cargo run -p meniscus-tests --bin image-cases -- --out target/e2e --update {0}`"
+        "no expected image; look at the picture, then `cargo xtask e2e --update {0}`"
     )]
     NoReference(String),
     /// The pictures cannot be compared.
