@@ -105,7 +105,7 @@ fn date() -> String {
 fn conclude(findings: &Findings, page: &Path) -> Result<()> {
     println!("\n{}", summary::table(findings));
     for failure in summary::failures(findings) {
-        println!("FAILED  {failure}");
+        println!("FAILED  {}", failure.in_words());
     }
     println!("{:.0} s in all; report: {}", findings.elapsed_s, page.display());
     let Totals { passed, failed, skipped } = findings.totals();

@@ -7,13 +7,18 @@ use super::{
 };
 use crate::{
     table,
-    test::{Ending, report::Totals},
+    test::{
+        Ending,
+        report::{Binary, Totals},
+    },
 };
 
 /// Title of the pictures.
 pub const IMAGES: &str = "images";
 /// Title of what kept the rest from running.
 pub const PROBLEMS: &str = "could not run";
+/// Title of what cargo itself had to say.
+pub const BUILDING: &str = "building";
 
 /// A heading's counts.
 #[derive(Debug, PartialEq)]
@@ -37,7 +42,7 @@ pub fn lines(findings: &Findings) -> Vec<Line> {
             seconds: binaries.iter().map(|binary| binary.seconds).sum(),
         };
         let known = GROUPS.iter().map(move |group| line(group.title, group.of(report)));
-        known.chain([line("building", groups::others(report))])
+        known.chain([line(BUILDING, groups::others(report))])
     });
     let problems = Totals { failed: findings.problems.len(), ..Totals::default() };
     let problems = Line { title: PROBLEMS, totals: problems, seconds: 0.0 };
@@ -60,32 +65,69 @@ pub fn table(findings: &Findings) -> String {
     table::layout(&rows, [false, true, true, true, true])
 }
 
-/// Each failure in a line.
-pub fn failures(findings: &Findings) -> Vec<String> {
-    let mut failures = findings.problems.clone();
+/// Something that failed.
+#[derive(Debug, PartialEq, Eq)]
+pub struct Failure {
+    /// Where the report shows it: the `id` of an element.
+    pub anchor: String,
+    pub name: String,
+    /// Empty where the report of the test says why.
+    pub why: String,
+}
+
+/// All of them, those first that kept others from running.
+pub fn failures(findings: &Findings) -> Vec<Failure> {
+    let problem = |why: &String| Failure { anchor: anchor(PROBLEMS), name: String::new(), why: why.clone() };
+    let mut failures: Vec<Failure> = findings.problems.iter().map(problem).collect();
     if let Some(images) = &findings.images {
         failures.extend(failed_images(images));
     }
-    for binary in findings.tests.iter().flat_map(|report| report.binaries()) {
-        let failed = binary.tests.iter().filter(|test| test.ending == Ending::Failed);
-        let named: Vec<_> = failed.map(|test| format!("{}: {}", binary.name, test.name)).collect();
-        match named.is_empty() && binary.totals.failed > 0 {
-            true => failures.push(binary.name.clone()),
-            false => failures.extend(named),
+    if let Some(report) = &findings.tests {
+        let known = GROUPS.iter().map(|group| (group.title, group.of(report)));
+        for (title, binaries) in known.chain([(BUILDING, groups::others(report))]) {
+            failures.extend(binaries.iter().flat_map(|binary| failed_tests(title, binary)));
         }
     }
     failures
 }
 
-fn failed_images(images: &Images) -> impl Iterator<Item = String> {
+/// The name of a heading as the end of an address.
+pub fn anchor(title: &str) -> String {
+    format!("group-{}", title.to_lowercase().replace(' ', "-"))
+}
+
+impl Failure {
+    /// In a line.
+    pub fn in_words(&self) -> String {
+        let separator = if self.name.is_empty() || self.why.is_empty() { "" } else { ": " };
+        format!("{}{separator}{}", self.name, self.why)
+    }
+}
+
+fn failed_images(images: &Images) -> impl Iterator<Item = Failure> {
     let failed = images.cases.iter().filter(|case| case.status == Status::Failed);
     let said = failed.map(|case| {
         let limits = case.metrics.iter().filter(|metric| !metric.passed);
         let limits = limits.map(|m| format!("{} {} (limit {})", m.name, m.shown(), m.limit));
         let why = limits.chain(case.problem.clone()).collect::<Vec<_>>().join(", ");
-        format!("{}: {why}", case.name)
+        Failure { anchor: format!("case-{}", case.name), name: case.name.clone(), why }
     });
-    said.chain(
-        images.stale.iter().map(|file| format!("tests/expected: {file} belongs to no case; delete it")),
-    )
+    let stale = |file: &String| Failure {
+        anchor: anchor(IMAGES),
+        name: format!("tests/expected/{file}"),
+        why: "belongs to no case; delete it".to_owned(),
+    };
+    said.chain(images.stale.iter().map(stale))
+}
+
+/// The failed tests of a binary; the binary itself where it died or was not built.
+fn failed_tests(title: &str, binary: &Binary) -> Vec<Failure> {
+    let failure =
+        |name: &str| Failure { anchor: anchor(title), name: format!("{title}, {name}"), why: String::new() };
+    let failed = binary.tests.iter().filter(|test| test.ending == Ending::Failed);
+    let named: Vec<_> = failed.map(|test| failure(&test.name)).collect();
+    match named.is_empty() && binary.totals.failed > 0 {
+        true => vec![failure(&binary.name)],
+        false => named,
+    }
 }

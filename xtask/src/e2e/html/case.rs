@@ -1,6 +1,6 @@
 //! A picture beside what is expected.
 
-use super::text::{escape, png_address};
+use super::text::{escape, png_address, prose};
 use crate::e2e::images::{Case, Metric, Status};
 
 /// Reads a picture of the run by its name; `None` where it is not there.
@@ -27,7 +27,7 @@ fn card(case: &Case, read: &ReadPicture<'_>) -> String {
     let problem = case
         .problem
         .as_deref()
-        .map_or(String::new(), |problem| format!("<p class=\"problem\">{}</p>\n", escape(problem)));
+        .map_or(String::new(), |problem| format!("<p class=\"problem\">{}</p>\n", prose(problem)));
     let pictures = pictures(case, read);
     let metrics = metrics(&case.metrics);
     let more = more(case);

@@ -7,7 +7,7 @@ mod text;
 use super::{run::Findings, summary};
 use crate::test::report::Totals;
 use case::ReadPicture;
-use text::escape;
+use text::{escape, prose};
 
 /// The whole page. `read` gives the pictures that the findings name; `date` is when they were made.
 pub fn page(findings: &Findings, date: &str, read: &ReadPicture<'_>) -> String {
@@ -16,7 +16,7 @@ pub fn page(findings: &Findings, date: &str, read: &ReadPicture<'_>) -> String {
         format!(
             "<h2 id=\"{}\">Images</h2>\n<p class=\"soft\">Click a picture to enlarge it; click again, or press space, \
              to flip between ours and what is expected; 1, 2, 3 choose a picture, Esc closes.</p>\n{}",
-            tests::anchor(summary::IMAGES),
+            summary::anchor(summary::IMAGES),
             case::cases(&images.cases, read)
         )
     });
@@ -75,7 +75,7 @@ fn tiles(findings: &Findings) -> String {
         format!(
             "<a class=\"tile {class}\" href=\"#{}\">{}<b>{counts}</b><span class=\"soft\">{others}{skips}{:.1} s\
              </span></a>\n",
-            tests::anchor(line.title),
+            summary::anchor(line.title),
             escape(line.title),
             line.seconds
         )
@@ -90,8 +90,15 @@ fn failures(findings: &Findings) -> String {
     if failures.is_empty() {
         return String::new();
     }
-    let items: String = failures.iter().map(|failure| format!("<li>{}</li>\n", escape(failure))).collect();
-    let anchor = tests::anchor(summary::PROBLEMS);
+    let item = |failure: &summary::Failure| {
+        let (name, why) = (escape(&failure.name), prose(&failure.why));
+        match name.is_empty() {
+            true => format!("<li>{why}</li>\n"),
+            false => format!("<li><a href=\"#{}\">{name}</a> {why}</li>\n", escape(&failure.anchor)),
+        }
+    };
+    let items: String = failures.iter().map(item).collect();
+    let anchor = summary::anchor(summary::PROBLEMS);
     format!(
         "<section class=\"failures\" id=\"{anchor}\"><h2>What failed</h2>\n<ul>\n{items}</ul></section>\n"
     )

@@ -2,7 +2,10 @@
 
 use super::text::escape;
 use crate::{
-    e2e::groups::{self, GROUPS},
+    e2e::{
+        groups::{self, GROUPS},
+        summary::{BUILDING, anchor},
+    },
     test::{
         Ending,
         report::{Binary, Report, Test},
@@ -13,15 +16,10 @@ use crate::{
 pub fn groups(report: &Report) -> String {
     let known = GROUPS.iter().map(|group| (group.title, group.shows, group.of(report)));
     let others =
-        ("building", "What cargo itself had to say; see the output of the command.", groups::others(report));
+        (BUILDING, "What cargo itself had to say; see the output of the command.", groups::others(report));
     let mut all: Vec<_> = known.chain([others]).filter(|(_, _, binaries)| !binaries.is_empty()).collect();
     all.sort_by_key(|(_, _, binaries)| groups::totals(binaries).failed == 0);
     all.into_iter().map(|(title, shows, binaries)| group(title, shows, &binaries)).collect()
-}
-
-/// The name of a group as the end of an address.
-pub fn anchor(title: &str) -> String {
-    format!("group-{}", title.to_lowercase().replace(' ', "-"))
 }
 
 fn group(title: &str, shows: &str, binaries: &[Binary]) -> String {
