@@ -46,11 +46,23 @@ pub const GROUPS: &[Group] = &[
 
 /// What follows `cargo test` to build or run all groups at once. One command, so that what they share is built once.
 pub fn arguments() -> Vec<&'static str> {
-    let targets = || GROUPS.iter().flat_map(|group| group.targets);
+    packages().chain(targets().flat_map(|(_, target)| ["--test", *target])).collect()
+}
+
+/// What follows `cargo test --no-run` to build the programs of the tests, with which cargo builds them, and little else: the
+/// same packages, thus the same features, thus nothing twice.
+pub fn arguments_beside_programs() -> Vec<&'static str> {
+    packages().chain(["--test", "chain"]).collect()
+}
+
+fn targets() -> impl Iterator<Item = &'static (&'static str, &'static str)> {
+    GROUPS.iter().flat_map(|group| group.targets)
+}
+
+fn packages() -> impl Iterator<Item = &'static str> {
     let mut packages: Vec<&str> = targets().map(|(package, _)| *package).collect();
     packages.dedup();
-    let packages = packages.into_iter().flat_map(|package| ["--package", package]);
-    packages.chain(targets().flat_map(|(_, target)| ["--test", *target])).collect()
+    packages.into_iter().flat_map(|package| ["--package", package])
 }
 
 impl Group {
@@ -96,7 +108,7 @@ mod tests {
     fn every_target_is_there_and_has_a_name_of_its_own() {
         let metadata = cargo_metadata::MetadataCommand::new().no_deps().exec().unwrap();
         let mut seen: Vec<&str> = Vec::new();
-        for (package, target) in GROUPS.iter().flat_map(|group| group.targets) {
+        for (package, target) in targets() {
             let found = metadata.packages.iter().find(|p| p.name == *package);
             assert!(
                 found.is_some_and(|p| p.targets.iter().any(|t| t.name == *target && t.is_test())),

@@ -98,6 +98,11 @@ impl Images {
         serde_json::from_str(&text).map_err(|source| Error::Json { path, source })
     }
 
+    /// Cases whose expected images were replaced.
+    pub fn updated(&self) -> usize {
+        self.cases.iter().filter(|case| case.status == Status::Updated).count()
+    }
+
     /// Passed or updated cases; failed ones and stale files.
     pub fn counts(&self) -> (usize, usize) {
         let failed = self.cases.iter().filter(|case| case.status == Status::Failed).count();

@@ -32,6 +32,8 @@ pub struct Plan<'a> {
 /// What was found.
 #[derive(Debug, Default)]
 pub struct Findings {
+    /// What was asked for, where that is not everything: a part that is sound is not the whole.
+    pub part: Option<String>,
     /// Why something could not be run at all.
     pub problems: Vec<String>,
     pub images: Option<Images>,
@@ -62,12 +64,27 @@ impl Plan<'_> {
     /// Runs it. What cannot be run is a finding like any other: the report is to say so.
     pub fn run(&self) -> Findings {
         let start = Instant::now();
-        let mut findings = Findings::default();
+        let mut findings = Findings { part: self.part(), ..Findings::default() };
         if let Err(error) = self.fill(&mut findings) {
             findings.problems.push(error.to_string());
         }
         findings.elapsed_s = start.elapsed().as_secs_f64();
         findings
+    }
+
+    fn only_pictures(&self) -> bool {
+        self.update || !self.cases.is_empty()
+    }
+
+    fn part(&self) -> Option<String> {
+        let cases = match self.cases {
+            [] => "all image cases".to_owned(),
+            cases => format!("the image cases {}", cases.join(", ")),
+        };
+        match self.update {
+            true => Some(format!("{cases}, to become what is expected; no tests")),
+            false => self.only_pictures().then(|| format!("only {cases}; no other images, no tests")),
+        }
     }
 
     fn fill(&self, findings: &mut Findings) -> Result<()> {
@@ -91,7 +108,7 @@ impl Plan<'_> {
             }
         }
 
-        if self.cases.is_empty() && !self.update {
+        if !self.only_pictures() {
             let mut command = cargo(["test", "--no-fail-fast", "--color", "never"]);
             command.args(groups::arguments()).args(["--", "--show-output"]);
             command.current_dir(self.workspace).envs(variables);
@@ -116,7 +133,11 @@ impl Plan<'_> {
     /// features, and each would build the pipeline again.
     fn build(&self) -> Result<PathBuf> {
         let mut command = cargo(["test", "--no-run", "--message-format", "json-render-diagnostics"]);
-        command.args(groups::arguments()).current_dir(self.workspace);
+        match self.only_pictures() {
+            true => command.args(groups::arguments_beside_programs()),
+            false => command.args(groups::arguments()),
+        };
+        command.current_dir(self.workspace);
         println!("$ {}", crate::process::shown(&command));
         let output = capture(&mut command)?;
         let executable = |message| match message {

@@ -107,11 +107,11 @@ fn more(case: &Case) -> String {
             false => "another driver than here: lenient limits",
         };
         format!(
-            "<p>Expected image made on {} by {} {} at {} ({limits}).</p>\n",
+            "<p>Expected image made on {} by meniscus {} at {} on {} ({limits}).</p>\n",
             escape(&origin.date),
-            escape(&origin.driver),
             escape(&origin.version),
-            escape(&origin.commit)
+            escape(&origin.commit),
+            escape(&origin.driver)
         )
     });
     let stages = case.stages.iter().map(|stage| format!("{} {:.1} ms", escape(&stage.name), stage.ms));

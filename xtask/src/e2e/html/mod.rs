@@ -4,7 +4,7 @@ mod case;
 mod tests;
 mod text;
 
-use super::{run::Findings, summary};
+use super::{images::Images, run::Findings, summary};
 use crate::test::report::Totals;
 use case::ReadPicture;
 use text::{escape, prose};
@@ -40,7 +40,11 @@ pub fn page(findings: &Findings, date: &str, read: &ReadPicture<'_>) -> String {
 fn top(findings: &Findings, date: &str) -> String {
     let Totals { passed, failed, skipped } = findings.totals();
     let skips = if skipped > 0 { format!(", {skipped} skipped") } else { String::new() };
+    let updated = findings.images.as_ref().map_or(0, Images::updated);
     let verdict = match (findings.is_success(), failed) {
+        (true, _) if updated > 0 => {
+            format!("Expected images replaced: {updated}; look at them before you commit")
+        }
         (true, _) => format!("All {passed} checks passed{skips}"),
         (false, 0) => format!("Nothing was checked{skips}"),
         (false, _) => format!("{failed} failed, {passed} passed{skips}"),
@@ -50,6 +54,7 @@ fn top(findings: &Findings, date: &str) -> String {
     let fact = |name: &str, value: &str| format!("<dt>{name}<dd>{}\n", escape(value));
     let source = images.map_or("unknown".to_owned(), |i| format!("meniscus {} at {}", i.version, i.commit));
     let facts = [
+        findings.part.as_deref().map_or(String::new(), |part| fact("Part", part)),
         fact("Adapter, driver", images.map_or("unknown", |images| &images.driver)),
         fact("Source", &source),
         fact("Date", date),
@@ -107,7 +112,7 @@ fn failures(findings: &Findings) -> String {
 #[cfg(test)]
 mod checks {
     use super::*;
-    use crate::{e2e::images::Images, test::report::Report};
+    use crate::test::report::Report;
 
     fn case(name: &str, status: &str, problem: Option<&str>) -> serde_json::Value {
         let file = |ending: &str| format!("{name}{ending}.png");
@@ -188,6 +193,15 @@ mod checks {
         // Twice the limit and what is no number fill the bar; half of what the limit allows fills half of two thirds.
         assert_eq!(page.matches("width:100.0%").count(), 2);
         assert!(page.contains("width:33.3%") && page.contains("not a number"));
+    }
+
+    #[test]
+    fn replaced_expectations_and_parts_are_not_called_a_sound_whole() {
+        let part = Some("only one".to_owned());
+        let updated = Findings { part, ..findings(&[case("one", "updated", None)]) };
+        let page = page(&updated, "today", &|_| None);
+        assert!(page.contains("Expected images replaced: 1;") && page.contains("<dt>Part<dd>only one"));
+        assert!(!page.contains("checks passed"));
     }
 
     #[test]
