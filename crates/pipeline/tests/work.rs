@@ -1,0 +1,157 @@
+//! Work counters of frames drawn one after the other: exact numbers, so nothing here depends on time.
+
+use glam::{DVec3, Vec3};
+use meniscus_core::{
+    Camera, Look, ParticleFrame, ParticleSet, Projection, RadiusChoice, SeriesSpace, SetFrame, SpacingSource,
+    UpAxis, WorkCounters,
+};
+use meniscus_gpu::{AdapterChoice, Gpu};
+use meniscus_pipeline::{PreparedFrame, Registry, Renderer, Settings, World};
+
+const SPACING: f32 = 0.05;
+const RADIUS: f32 = 0.04;
+const SIZE: [u32; 2] = [160, 120];
+/// Particles along the edges of the block, which spans from the origin to these times the spacing.
+const COUNT: [usize; 3] = [40, 20, 20];
+
+struct Set {
+    renderer: Renderer,
+    world: World,
+    frame: PreparedFrame,
+}
+
+impl Set {
+    fn new() -> Self {
+        let mut positions = Vec::new();
+        for x in 0..COUNT[0] {
+            for y in 0..COUNT[1] {
+                positions.extend((0..COUNT[2]).map(|z| [x, y, z].map(|i| (i as f32 + 0.5) * SPACING)));
+            }
+        }
+        let particles = ParticleFrame { positions, ..Default::default() };
+        let water = ParticleSet { name: "water".into(), look: Look::Water, particles };
+        let frame = SetFrame { sets: vec![water], ..Default::default() };
+        let space = SeriesSpace {
+            origin: DVec3::ZERO,
+            spacing: SPACING.into(),
+            spacing_source: SpacingSource::User,
+            radius: RADIUS.into(),
+            radius_choice: RadiusChoice::User,
+            up: UpAxis::Z,
+            metres_per_unit: 1.0,
+        };
+        let settings = Settings::default();
+        let world = World::of_frame(&frame, space, &settings).unwrap();
+        let gpu = Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers");
+        let mut renderer = Renderer::new(gpu, Registry::builtin(), settings).unwrap();
+        renderer.set_counting(true);
+        let frame = renderer.preparer(&world).prepare(frame);
+        Self { renderer, world, frame }
+    }
+
+    /// Draws with a parallel camera that looks along y at `target`.
+    fn draw(&mut self, target: Vec3, height_world: f32) -> WorkCounters {
+        let camera = Camera {
+            eye: target - Vec3::Y * 5.0,
+            target,
+            up: Vec3::Z,
+            projection: Projection::Orthographic { height_world },
+            near: 1e-3,
+        };
+        self.renderer.draw_and_wait(&self.frame, &self.world, &camera, SIZE).unwrap();
+        self.renderer.counters(&self.frame).unwrap()
+    }
+}
+
+/// The middle of the block; a picture 1.5 high has all of it, with a rim.
+const MIDDLE: Vec3 = Vec3::new(1.0, 0.5, 0.5);
+const ALL: f32 = 1.8;
+
+fn of(counter: Option<u64>) -> u64 {
+    counter.expect("a counter that was measured")
+}
+
+#[test]
+fn a_picture_drawn_again_moves_and_makes_nothing() {
+    let mut set = Set::new();
+    let first = set.draw(MIDDLE, ALL);
+    let particles = COUNT.iter().product::<usize>() as u64;
+    assert_eq!(first.particles_kept, Some(particles));
+    assert_eq!(first.particle_bytes_uploaded, Some(16 * particles), "position, hash and radius");
+    assert!(of(first.range_bytes_uploaded) > 0 && of(first.gpu_allocations) > 0);
+
+    // Reading the counters back makes a buffer, once.
+    set.draw(MIDDLE, ALL);
+    let again = set.draw(MIDDLE, ALL);
+    assert_eq!(again.particle_bytes_uploaded, Some(0));
+    assert_eq!(again.range_bytes_uploaded, Some(0));
+    assert_eq!(again.other_bytes_uploaded, Some(0));
+    assert_eq!(again.gpu_allocations, Some(0));
+    let work =
+        |c: &WorkCounters| (c.splat_pixels_depth, c.splat_pixels_thickness, c.filter_taps, c.covered_pixels);
+    assert_eq!(work(&again), work(&first));
+
+    let panned = set.draw(MIDDLE + Vec3::X * 0.01, ALL);
+    assert_eq!(panned.particle_bytes_uploaded, Some(0));
+    assert_eq!(panned.gpu_allocations, Some(0));
+    assert!(of(panned.range_bytes_uploaded) > 0, "a new camera, a new selection");
+}
+
+/// In a parallel view a splat is a disc of the same size everywhere: its rectangle has as many pixel centres as its area, on
+/// average over the lattice. What is visited is at least the disc, at most the square with a pixel added on every side.
+#[test]
+fn splats_visit_their_squares_and_no_more() {
+    let mut set = Set::new();
+    let frame = set.draw(MIDDLE, ALL);
+    let kept = of(frame.particles_kept) as f64;
+    let px_per_world = f64::from(SIZE[1]) / f64::from(ALL);
+    let diameter_px = 2.0 * f64::from(RADIUS) * px_per_world;
+    let per_splat = of(frame.splat_pixels_depth) as f64 / kept;
+    let disc = std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px;
+    assert!(
+        (disc..(diameter_px + 2.0).powi(2)).contains(&per_splat),
+        "{per_splat} pixels, {diameter_px} wide"
+    );
+    // Thickness is drawn wider (its own kernel) on a picture of half the size or less: never more than that of the depth
+    // pass with a kernel of twice the radius.
+    let per_splat = of(frame.splat_pixels_thickness) as f64 / kept;
+    assert!((1.0..(2.0 * diameter_px + 2.0).powi(2)).contains(&per_splat), "{per_splat} pixels of thickness");
+}
+
+#[test]
+fn half_the_view_costs_half_the_splats() {
+    let mut set = Set::new();
+    let all = set.draw(MIDDLE, ALL);
+    // Moved aside until the middle of the block is at the picture's border.
+    let width_world = ALL * SIZE[0] as f32 / SIZE[1] as f32;
+    let part = set.draw(MIDDLE + Vec3::X * 0.5 * width_world, ALL);
+    assert!(of(part.chunks_culled) > 0);
+    let share =
+        |counter: fn(&WorkCounters) -> Option<u64>| of(counter(&part)) as f64 / of(counter(&all)) as f64;
+    // Chunks at the border stay whole, and there are ten; their splats outside the picture visit no pixel.
+    assert!(share(|c| c.particles_kept) < 0.9, "{part:?}");
+    assert!((0.4..0.6).contains(&share(|c| c.splat_pixels_depth)), "{part:?}");
+    assert!((0.4..0.6).contains(&share(|c| c.covered_pixels)), "{part:?}");
+    assert!((0.4..0.6).contains(&share(|c| c.filter_taps)), "the filter works on water only: {part:?}");
+}
+
+/// A picture four times as large in which the same water has the same pixels: only sky is added, which no filter may touch.
+#[test]
+fn empty_pixels_are_not_filtered() {
+    let mut set = Set::new();
+    let small = set.draw(MIDDLE, ALL);
+    let camera = |height_world| Camera {
+        eye: MIDDLE - Vec3::Y * 5.0,
+        target: MIDDLE,
+        up: Vec3::Z,
+        projection: Projection::Orthographic { height_world },
+        near: 1e-3,
+    };
+    let large = SIZE.map(|side| 2 * side);
+    set.renderer.draw_and_wait(&set.frame, &set.world, &camera(2.0 * ALL), large).unwrap();
+    let large = set.renderer.counters(&set.frame).unwrap();
+    assert_eq!(large.covered_pixels, small.covered_pixels);
+    // Taps are cut at the picture's border, which the small one may have nearer: never fewer in the large one.
+    let (large, small) = (of(large.filter_taps) as f64, of(small.filter_taps) as f64);
+    assert!((1.0..1.02).contains(&(large / small)), "{large} taps against {small}");
+}
