@@ -150,7 +150,9 @@ impl ScenePass {
         // Every pixel is drawn by the background's triangle; the clear values are never seen.
         let clear = Some(wgpu::Color::TRANSPARENT);
         let targets = [(color.view(), clear), (distance.view(), clear)];
-        let count = 3 + scene.triangles.len() as u32;
+        // Without objects, one triangle of a point: given three vertices in all, lavapipe of Mesa 22.3.6 on processors without
+        // AVX (vectors of four) writes a fourth one and corrupts the heap.
+        let count = 3 + scene.triangles.len().max(3) as u32;
         recorder.raster(
             gpu,
             "shading.scene",

@@ -1,5 +1,7 @@
 //! Adapters: listed, chosen, missing.
 
+use meniscus_tests::Pixels;
+
 use crate::program_with_dam;
 
 #[test]
@@ -34,4 +36,16 @@ fn without_a_driver_the_message_names_the_package_to_install() {
     }
     // What needs no adapter works without.
     assert_eq!(program.run_with("info dam --json", &no_driver).ok().json()["frames"], 1);
+}
+
+/// Lavapipe takes vectors of four numbers on processors without AVX, and some of its own mistakes show only then.
+#[test]
+fn narrow_vectors_draw_the_same_picture() {
+    let program = program_with_dam(300, 1);
+    let render = "render dam --frame 0 --size 64x36 -q -o";
+    program.run(&format!("{render} usual.png")).ok();
+    program.run_with(&format!("{render} narrow.png"), &[("LP_NATIVE_VECTOR_WIDTH", "128")]).ok();
+    let [usual, narrow] = ["usual.png", "narrow.png"].map(|name| Pixels::read(&program.path(name)));
+    // The same arithmetic in another order of lanes.
+    assert!(usual.mean_difference(&narrow) < 0.1, "steps of 255");
 }
