@@ -1,6 +1,10 @@
 //! Builds everything once, draws the pictures, runs the groups.
 
-use std::{path::PathBuf, time::Instant};
+use std::{
+    path::{Path, PathBuf},
+    process::Command,
+    time::Instant,
+};
 
 use cargo_metadata::{Message, camino::Utf8Path};
 
@@ -11,9 +15,12 @@ use super::{
 use crate::{
     error::{Error, Result},
     prerequisites,
-    process::{capture, cargo, run, stream},
+    process::{capture, cargo, shown, stream},
     test::report::{Report, Totals},
 };
+
+/// Environment for the programs that draw.
+type Variables = [(&'static str, String)];
 
 /// Draws and compares the pictures.
 const PROGRAM: &str = "image-cases";
@@ -91,23 +98,7 @@ impl Plan<'_> {
         let variables = prerequisites::ensure(self.workspace.as_std_path(), self.install)?;
         let program = self.build()?;
 
-        // What an earlier run left would pass for this one's.
-        let _ = std::fs::remove_file(self.folder.join(images::FILE));
-        let mut draw = std::process::Command::new(program);
-        draw.arg("--out").arg(&self.folder).args(self.update.then_some("--update")).args(self.cases);
-        draw.current_dir(self.workspace).envs(variables.iter().cloned());
-        match (run(&mut draw), Images::read(&self.folder)) {
-            (outcome, Ok(images)) => {
-                // It fails when a picture does, which is in the file.
-                let untold = outcome.err().filter(|_| images.counts().1 == 0);
-                findings.problems.extend(untold.map(|error| error.to_string()));
-                findings.images = Some(images);
-            }
-            (Err(error), Err(_)) | (Ok(()), Err(error)) => {
-                findings.problems.push(format!("no pictures: {error}"))
-            }
-        }
-
+        self.draw(&program, &variables, findings)?;
         if !self.only_pictures() {
             let mut command = cargo(["test", "--no-fail-fast", "--color", "never"]);
             command.args(groups::arguments()).args(["--", "--show-output"]);
@@ -129,6 +120,32 @@ impl Plan<'_> {
         Ok(())
     }
 
+    fn draw(&self, program: &Path, variables: &Variables, findings: &mut Findings) -> Result<()> {
+        // What an earlier run left would pass for this one's.
+        let _ = std::fs::remove_file(self.folder.join(images::FILE));
+        let mut command = Command::new(program);
+        command.arg("--out").arg(&self.folder).args(self.update.then_some("--update")).args(self.cases);
+        command.current_dir(self.workspace).envs(variables.iter().cloned());
+        let mut said = Vec::new();
+        let status = stream(&mut command, |line| {
+            println!("{line}");
+            said.extend(
+                line.strip_prefix(PROGRAM).and_then(|line| line.strip_prefix(": ")).map(String::from),
+            );
+        })?;
+        match Images::read(&self.folder) {
+            Ok(images) => {
+                // It fails when a picture does, which is in the file.
+                let untold = !status.success() && images.counts().1 == 0;
+                findings.problems.extend(untold.then(|| format!("{PROGRAM}: {status}, {}", said.join(", "))));
+                findings.images = Some(images);
+            }
+            Err(_) if !said.is_empty() => findings.problems.extend(said),
+            Err(error) => findings.problems.push(format!("{PROGRAM} left no figures ({status}): {error}")),
+        }
+        Ok(())
+    }
+
     /// The program that draws, built by the command that builds the tests: another selection of packages would have other
     /// features, and each would build the pipeline again.
     fn build(&self) -> Result<PathBuf> {
@@ -138,7 +155,7 @@ impl Plan<'_> {
             false => command.args(groups::arguments()),
         };
         command.current_dir(self.workspace);
-        println!("$ {}", crate::process::shown(&command));
+        println!("$ {}", shown(&command));
         let output = capture(&mut command)?;
         let executable = |message| match message {
             Message::CompilerArtifact(artifact)
