@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use meniscus_tests::golden::{Cases, Expected, Runner, Status, compare};
+use meniscus_tests::golden::{Case, Cases, Expected, Runner, Status, compare};
 use meniscus_tests::{Mask, Pixels};
 
 fn root() -> &'static Path {
@@ -43,6 +43,29 @@ smoke! {
     dam_break_lod "dam-break-lod"
     dam_break_unfiltered "dam-break-unfiltered"
     dam_break_solid "dam-break-solid"
+}
+
+/// The way from a wrong picture to a red line, and from a case that nobody has looked at to another.
+#[test]
+fn a_wrong_picture_and_a_missing_expectation_fail() {
+    let out = PathBuf::from(env!("CARGO_TARGET_TMPDIR")).join("images-wrong");
+    let binary = env!("CARGO_BIN_EXE_meniscus-under-test");
+    let runner = Runner::new(root(), binary, out).unwrap_or_else(|e| panic!("{e}"));
+    let right = runner.cases.cases.iter().find(|case| case.name == SMOKE[0]).expect("a smoke case").clone();
+
+    let flags = "--param lighting.attenuation_scale=1.5".to_owned();
+    let wrong = runner.check(&Case { flags, ..right.clone() });
+    assert!(wrong.status == Status::Failed && wrong.problem.is_none(), "{wrong:#?}");
+    assert!(wrong.metrics.iter().any(|metric| !metric.passed), "{wrong:#?}");
+
+    let unseen = runner.check(&Case { name: "unseen".to_owned(), ..right.clone() });
+    assert!(unseen.status == Status::Failed, "{unseen:#?}");
+    assert!(unseen.problem.is_some_and(|text| text.contains("--update unseen")));
+
+    let flags = "--no-such-flag".to_owned();
+    let broken = runner.check(&Case { flags, ..right });
+    assert!(broken.status == Status::Failed, "{broken:#?}");
+    assert!(broken.problem.is_some_and(|text| text.contains("exit code 2")));
 }
 
 #[test]
