@@ -49,9 +49,7 @@ pub enum GoldenError {
         message: String,
     },
     /// Somebody would have to have looked at a picture first.
-    #[error(
-        "no expected image; look at the picture, then `cargo xtask e2e --update {0}`"
-    )]
+    #[error("no expected image; look at the picture, then `cargo xtask e2e --update {0}`")]
     NoReference(String),
     /// The pictures cannot be compared.
     #[error(transparent)]
