@@ -22,7 +22,8 @@ use run::{Findings, Plan};
 ///
 /// Pictures (tests/cases.toml) are compared with tests/expected by FLIP, structural similarity and the
 /// area that shows water. Then come the tests of the stages against their twins on the processor, of
-/// the chain, of the command line and of the data. With CASE or --update only pictures are drawn.
+/// the chain, of the command line, of memory and of the data. With CASE or --update only pictures are
+/// drawn.
 ///
 /// Leaves target/e2e/index.html, one file to open, mail or attach: pictures beside what is expected,
 /// differences, limits with their reasons, failed ones first. Prints a table and, alone on the last

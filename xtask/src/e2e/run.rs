@@ -146,8 +146,7 @@ impl Plan<'_> {
         Ok(())
     }
 
-    /// The program that draws, built by the command that builds the tests: another selection of packages would have other
-    /// features, and each would build the pipeline again.
+    /// The program that draws, built by the command that builds the tests.
     fn build(&self) -> Result<PathBuf> {
         let mut command = cargo(["test", "--no-run", "--message-format", "json-render-diagnostics"]);
         match self.only_pictures() {
