@@ -191,6 +191,13 @@ mod tests {
     }
 
     #[test]
+    fn a_new_splash_fails_by_its_look_too() {
+        let (ours, expected) = (picture(true, 0, 0), picture(false, 0, 0));
+        let new = compare((&ours.0, &ours.1), (&expected.0, &expected.1), &strict()).unwrap();
+        assert!(failed(&new).contains(&"FLIP 99 %"), "{:?}", new.metrics);
+    }
+
+    #[test]
     fn what_cannot_be_compared_is_an_error_not_a_pass() {
         let whole = picture(true, 0, 0);
         let small = Pixels { size: [64, 24], rgba: whole.0.rgba[..64 * 24].to_vec() };
