@@ -27,3 +27,9 @@ viewer.addEventListener("keydown", (event) => {
   if (event.key === " ") { event.preventDefault(); flip(); }
   if (place >= 0 && pictures[place]) show(place);
 });
+
+// Who follows a link to a group wants to see what is in it.
+addEventListener("hashchange", () => {
+  const target = document.getElementById(location.hash.slice(1));
+  if (target?.tagName === "DETAILS") target.open = true;
+});
