@@ -74,7 +74,8 @@ pub fn automatic_camera(outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera 
 }
 
 /// A camera that looks down in parallel, moved back along its axis until all its rays begin above its target: below the ground
-/// nothing is seen of the ground. The picture stays the same otherwise. Other cameras are left as they are.
+/// nothing is seen of the ground. The picture stays the same otherwise. Other cameras are left as they are, and those whose
+/// picture is so high that the particles would be lost in the rounding of their distance.
 #[must_use]
 pub fn above_ground(camera: Camera, up: UpAxis) -> Camera {
     let Projection::Orthographic { height_world } = camera.projection else { return camera };
@@ -84,8 +85,13 @@ pub fn above_ground(camera: Camera, up: UpAxis) -> Camera {
         return camera;
     }
     let lowest_under_eye = 0.5 * height_world * (1.0 - descent * descent).max(0.0).sqrt();
-    let distance = (lowest_under_eye / descent).max(camera.eye.distance(camera.target));
-    Camera { eye: camera.target - camera.forward() * distance, ..camera }
+    let distance = camera.eye.distance(camera.target);
+    let needed = lowest_under_eye / descent;
+    // Half a step of f32 is then 3e-5 of the old distance, a particle of a large set some 1e-3.
+    if !(distance..=1000.0 * distance).contains(&needed) {
+        return camera;
+    }
+    Camera { eye: camera.target - camera.forward() * needed, ..camera }
 }
 
 /// Ground directions `(across, away)` of the automatic view: across the picture and away from the viewer.
@@ -162,6 +168,8 @@ mod tests {
                 let aside = (moved.eye - camera.eye).cross(camera.forward());
                 assert!(aside.length() < 1e-3, "along the axis");
                 assert_eq!(above_ground(camera, up), camera, "perspective");
+                let huge = Camera { projection: Projection::Orthographic { height_world: 1e30 }, ..camera };
+                assert_eq!(above_ground(huge, up), huge);
             }
         }
     }
