@@ -158,9 +158,9 @@ mod tests {
                 let projection = Projection::Orthographic { height_world };
                 let moved = above_ground(Camera { projection, ..camera }, up);
                 moved.validate().unwrap();
-                let picture_up = (up.vector() - moved.forward() * moved.forward().dot(up.vector()))
-                    .try_normalize()
-                    .unwrap_or(moved.up);
+                // Looking straight down, nothing but rounding is left of it.
+                let upright = up.vector() - moved.forward() * moved.forward().dot(up.vector());
+                let picture_up = if upright.length() > 1e-3 { upright.normalize() } else { moved.up };
                 let lowest = moved.eye - 0.5 * height_world * picture_up;
                 // Rounding of coordinates that are hundreds of units large.
                 assert!((lowest - moved.target).dot(up.vector()) > -1e-3, "{up:?} {height_world}");
