@@ -23,7 +23,6 @@ pub struct Files {
     pub camera: String,
     pub spacing: f64,
     pub radius: f64,
-    pub covered_fraction: f64,
     pub raw: PathBuf,
     pub zlib: PathBuf,
     pub legacy: PathBuf,
@@ -126,9 +125,9 @@ fn at_radius(tools: &Tools, folder: &Path, files: &Files, spacings: f64, rounds:
             vtk.arg(&files.raw).arg(&variant.picture).args(&view);
             vtk.args(["--look", look, "--attenuation-scale", &scale, "--frames", their_frames]);
             let frames: Samples = json(&mut vtk)?;
-            let round = median(&frames.wall_ms).zip(median(&frames.cpu_ms));
-            let (wall_ms, cpu_ms) = round.unwrap_or_default();
-            variant.samples.get_or_insert_default().add(wall_ms, cpu_ms);
+            if let Some((wall_ms, cpu_ms)) = median(&frames.wall_ms).zip(median(&frames.cpu_ms)) {
+                variant.samples.get_or_insert_default().add(wall_ms, cpu_ms);
+            }
         }
         for ((_, flags), variant) in OURS.iter().zip(&mut comparison.ours) {
             let with_view = |command: &str| {
@@ -156,11 +155,8 @@ pub fn markdown(views: &[Vec<Comparison>]) -> String {
     for comparison in views.iter().flatten() {
         let Files { view, particles, size, .. } = &comparison.files;
         text += &format!(
-            "**{view}**: {particles} particles, {}x{}, radius {:.3} spacings, {:.0} % covered\n\n",
-            size[0],
-            size[1],
-            comparison.radius_spacings,
-            100.0 * comparison.files.covered_fraction,
+            "**{view}**: {particles} particles, {}x{}, radius {:.3} spacings\n\n",
+            size[0], size[1], comparison.radius_spacings,
         );
         text += "| | CPU-ms a frame | wall ms | tuned VTK over this, CPU | wall |\n|---|---|---|---|---|\n";
         let reference = comparison.theirs[0].samples.clone().unwrap_or_default();
