@@ -15,8 +15,12 @@ pub fn write_text(path: &Path, text: &str) -> Result<(), ExportError> {
     Ok(())
 }
 
-/// A file in the folder of `path` that vanishes unless it is renamed, with the rights that any new file has there.
+/// A file in the folder of `path` that vanishes unless it is renamed, with the rights that any new file has there. Refuses a
+/// `path` that is there and no file: renamed over, a pipe would lose its reader and `/dev/null` would be gone.
 pub(crate) fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
+    if path.metadata().is_ok_and(|there| !there.is_file()) {
+        return Err(std::io::Error::other("it is there already and no regular file; choose another name"));
+    }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or(Path::new("."));
     std::fs::create_dir_all(folder)?;
     let mut builder = tempfile::Builder::new();
@@ -27,4 +31,24 @@ pub(crate) fn beside(path: &Path) -> std::io::Result<tempfile::NamedTempFile> {
         builder.permissions(std::fs::Permissions::from_mode(0o666));
     }
     builder.prefix(".meniscus-").suffix(".part").tempfile_in(folder)
+}
+
+#[cfg(all(test, unix))]
+mod tests {
+    use super::*;
+
+    /// A socket stands for all that is no file: pipes, devices, folders.
+    #[test]
+    fn only_files_are_replaced() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("report.json");
+        let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
+        let error = write_text(&path, "{}").unwrap_err().to_string();
+        assert!(error.contains("report.json") && error.contains("no regular file"), "{error}");
+        assert!(!path.metadata().unwrap().is_file());
+        std::fs::remove_file(&path).unwrap();
+        write_text(&path, "{}").unwrap();
+        write_text(&path, "[]").unwrap();
+        assert_eq!(std::fs::read_to_string(&path).unwrap(), "[]");
+    }
 }
