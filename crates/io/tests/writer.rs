@@ -293,3 +293,16 @@ fn collections_come_back_with_times() {
     let read = |i| series.read(i, &FrameRequest::default(), &Cancel::default()).expect("reads").len();
     assert_eq!((read(0), read(1)), (27, 64));
 }
+
+/// A socket stands for all that is no file: pipes, devices, folders.
+#[cfg(unix)]
+#[test]
+fn only_files_are_replaced() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("out.vtu");
+    let _socket = std::os::unix::net::UnixListener::bind(&path).unwrap();
+    let particles = WriteParticles { positions: &[[0.0; 3]], attributes: &[], time: None };
+    let error = write_vtu_raw(&path, &particles).unwrap_err().to_string();
+    assert!(error.contains("out.vtu") && error.contains("no regular file"), "{error}");
+    assert!(!path.metadata().unwrap().is_file());
+}
