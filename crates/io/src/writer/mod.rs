@@ -228,7 +228,9 @@ fn write_beside(
     let io = |e: std::io::Error| Error::io(path, &e);
     // Renamed over, a pipe would lose its reader and `/dev/null` would be gone.
     if path.metadata().is_ok_and(|there| !there.is_file()) {
-        return Err(io(std::io::Error::other("it is there already and no regular file; choose another name")));
+        return Err(io(std::io::Error::other(
+            "it is there already and no regular file; choose another name",
+        )));
     }
     let folder = path.parent().filter(|p| !p.as_os_str().is_empty()).unwrap_or_else(|| ".".as_ref());
     let mut builder = tempfile::Builder::new();
