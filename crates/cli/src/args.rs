@@ -76,6 +76,7 @@ pub enum Command {
     #[command(
         after_help = "Examples:\n  meniscus bench fluid.vtu --size 1280x720 --frames 20\n  \
         meniscus bench fluid.vtu --json > full.json\n  meniscus bench fluid.vtu --lod 0.3 --json > lod.json\n  \
+        meniscus bench fluid.vtu --trace trace.json\n  \
         meniscus bench --compare full.json lod.json",
         mut_arg("input", |input| input
             .required(false)
@@ -289,6 +290,10 @@ pub struct BenchArgs {
     /// Pictures drawn before measuring; a few more while they still get faster, none for 0.
     #[arg(long, default_value_t = 3, value_name = "K", value_parser = clap::value_parser!(u32).range(0..=100_000))]
     pub warmup: u32,
+
+    /// Write what ran when - pictures, their passes, what they counted - as a trace that ui.perfetto.dev opens.
+    #[arg(long, value_name = "FILE.json", conflicts_with = "compare")]
+    pub trace: Option<PathBuf>,
 
     /// Draw nothing; print the ratios B / A of two runs, from `bench --json` or `render --report`.
     #[arg(long, num_args = 2, value_names = ["A.json", "B.json"], conflicts_with = "input")]

@@ -59,6 +59,7 @@ pub fn run(
     )?;
     prefetcher.set_plan(Plan::Frames(frames.clone()));
 
+    studio.renderer.set_tracing(args.trace.is_some());
     let mut report = RenderReport::new(&studio, &series);
     let bar = terminal.progress(frames.len() as u64, "frames");
     let mut failures: Vec<String> = Vec::new();
@@ -144,6 +145,7 @@ fn draw(
 ) -> Result<FrameReport, Failure> {
     let begin = Instant::now();
     let picture = studio.renderer.render(frame, &studio.world, &studio.camera, studio.size)?;
+    trace.renderer(studio.renderer.take_spans());
     trace.span(Track::Drawing, "draw", begin, json!({ "frame": index, "stages": picture.report.stages }));
     trace.counter("frame bytes", frame.bytes());
     trace.counter("GPU bytes at most", studio.renderer.gpu().memory().peak());

@@ -15,6 +15,7 @@ mod recorder;
 mod resource;
 pub mod role;
 mod shader;
+mod span;
 mod tally;
 mod work;
 
@@ -28,6 +29,7 @@ pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing, process_cpu_m
 pub use resource::{Buffer, Image, Texture};
 pub use role::{Role, TextureRole};
 pub use shader::{COMMON, Definition, Shader, compose};
+pub use span::{Span, SpanRow};
 pub use work::GpuWork;
 
 /// Re-exported so that stages agree on one version.

@@ -10,6 +10,7 @@ use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
 use crate::pipeline::Bindings;
 use crate::resource::Accounted;
+use crate::span::{Span, SpanRow, Spans};
 use crate::tally::Tallies;
 use crate::{Buffer, ComputePipeline, Gpu, GpuError, GpuWork, RasterPipeline, Role};
 
@@ -151,6 +152,7 @@ pub struct Recorder {
     tallies: Option<Tallies>,
     /// Whether the next pass is the first of its frame.
     is_new_frame: bool,
+    spans: Spans,
 }
 
 /// A frame that was handed to the GPU.
@@ -183,7 +185,24 @@ impl Recorder {
             _accounted: Accounted::new(gpu, UNIFORM_BYTES),
             tallies: None,
             is_new_frame: true,
+            spans: Spans::default(),
         }
+    }
+
+    /// Whether the following frames note when their passes ran ([`Self::take_spans`]).
+    pub fn set_tracing(&mut self, tracing: bool) {
+        self.spans.trace(tracing);
+    }
+
+    /// Notes something that the host did for this frame from `begin` until now; only while tracing.
+    pub fn note(&mut self, name: &str, begin: Instant) {
+        self.spans.push(SpanRow::Host, name, begin);
+    }
+
+    /// What ran since the last call; none without [`Self::set_tracing`]. Passes by time stamps are there after
+    /// [`Self::take_costs`].
+    pub fn take_spans(&mut self) -> Vec<Span> {
+        self.spans.take()
     }
 
     /// Whether passes count their own work in the following frames ([`Self::tallies`]). Slower: every invocation then adds
@@ -381,6 +400,7 @@ impl Recorder {
         self.flush(gpu);
         // An error is kept by the device and comes out of `submit`.
         let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
+        self.spans.push(SpanRow::Isolated, name, wall);
         let wall_ms = wall.elapsed().as_secs_f64() * 1e3;
         let cpu_ms = process_cpu_ms() - cpu;
         add_cost(&mut self.isolated, name, |cost| {
@@ -423,14 +443,17 @@ impl Recorder {
         let mut costs = std::mem::take(&mut self.isolated);
         let period = gpu.queue.get_timestamp_period();
         if let Some(results) = self.profiler.as_mut().and_then(|p| p.process_finished_frame(period)) {
+            let mut stamps = Vec::new();
             for GpuTimerQueryResult { label, time, .. } in results {
                 let Some(time) = time else { continue };
                 // A wrapped counter gives a negative or absurd range (examples-to-follow.md 9.7): no figure beats a wrong one.
                 let ms = (time.end - time.start) * 1e3;
                 if (0.0..1e6).contains(&ms) {
                     add_cost(&mut costs, &label, |cost| *cost.gpu_ms.get_or_insert(0.0) += ms);
+                    stamps.push((label, time.start, time.end));
                 }
             }
+            self.spans.push_stamps(&stamps, Instant::now());
         }
         costs
     }

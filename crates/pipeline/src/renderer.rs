@@ -1,7 +1,9 @@
+use std::time::Instant;
+
 use meniscus_compositor::Compositor;
 use meniscus_core::{Camera, Flaw, FrameReport, Look, StageCost, WorkCounters};
 use meniscus_gpu::role::PackedParticle;
-use meniscus_gpu::{CameraUniform, Gpu, Recorder, Timing};
+use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Timing};
 use meniscus_lod::{GpuSet, ParticleCounts, Selector};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
 use meniscus_ssfr::{SplatInput, SplatSet, Ssfr, SurfaceImages};
@@ -145,9 +147,15 @@ impl Renderer {
         camera: &Camera,
         size: [u32; 2],
     ) -> Result<(), PipelineError> {
+        let begin = Instant::now();
         self.record(frame, world, camera, size)?;
+        self.recorder.note("select, upload, record", begin);
+        let begin = Instant::now();
         let _ = self.recorder.submit(&self.gpu)?;
+        self.recorder.note("submit", begin);
+        let begin = Instant::now();
         self.gpu.wait()?;
+        self.recorder.note("wait for the GPU", begin);
         Ok(())
     }
 
@@ -166,6 +174,17 @@ impl Renderer {
             }
         }
         Ok(counters)
+    }
+
+    /// Whether the following frames note what ran when ([`Self::take_spans`]).
+    pub fn set_tracing(&mut self, tracing: bool) {
+        self.recorder.set_tracing(tracing);
+    }
+
+    /// What ran since the last call, on the host's clock; none without [`Self::set_tracing`]. Passes by time stamps come with
+    /// [`Self::take_costs`].
+    pub fn take_spans(&mut self) -> Vec<Span> {
+        self.recorder.take_spans()
     }
 
     /// Cost per pass of the oldest frame not asked for yet.

@@ -1,4 +1,4 @@
-//! `render --trace`: a time line that holds only what happened.
+//! `--trace`: a time line that holds only what happened.
 
 use std::collections::BTreeMap;
 
@@ -97,4 +97,50 @@ fn a_frame_that_cannot_be_read_is_in_the_trace_and_a_folder_is_no_file() {
     assert!(trace.contains("\"error\":"), "{trace}");
     let refused = program.run("render dam/dam_break.pvd -o o_%d.png --trace dam").expect(2).stderr;
     assert!(refused.contains("--trace dam"), "{refused}");
+}
+
+/// Every picture of a bench with its steps; passes where they were run one by one, with the names of the report; time stamps
+/// only where they are believed; what the counted picture did.
+#[test]
+fn a_bench_shows_its_pictures_steps_and_passes() {
+    let program = program_with_dam(2000, 1);
+    let run = program.run("bench dam --size 64x36 --frames 2 --warmup 1 --json --trace t.json").ok();
+    let (report, trace) = (run.json(), read_json(&program.path("t.json")));
+    let rows = rows(&trace);
+    for (name, spans) in &rows {
+        for pair in spans.windows(2) {
+            let end = number(pair[0], "ts") + number(pair[0], "dur");
+            assert!(end <= number(pair[1], "ts") + ROUNDING_US, "{name}: {pair:?}");
+        }
+    }
+    let pictures = &rows["frames"];
+    let called = |name: &str| pictures.iter().filter(|p| p["name"] == name).count();
+    assert_eq!((called("picture"), called("picture, counted")), (2, 1));
+    assert!(called("warm-up picture") >= 1 && called("picture, pass by pass") > 1);
+    let steps = &rows["steps of drawing"];
+    for name in ["select, upload, record", "submit", "wait for the GPU"] {
+        assert_eq!(steps.iter().filter(|s| s["name"] == name).count(), pictures.len(), "{name}");
+    }
+    let isolated = rows.iter().find(|(name, _)| name.starts_with("passes run one by one")).expect("passes").1;
+    let inside = |part: &Value, whole: &Value| {
+        let end = |span: &Value| number(span, "ts") + number(span, "dur");
+        number(part, "ts") >= number(whole, "ts") - ROUNDING_US && end(part) <= end(whole) + ROUNDING_US
+    };
+    for part in steps.iter().chain(isolated) {
+        assert_eq!(pictures.iter().filter(|picture| inside(part, picture)).count(), 1, "{part}");
+    }
+    let stages: std::collections::BTreeSet<_> =
+        report["stages"].as_array().expect("stages").iter().map(|stage| stage["name"].as_str()).collect();
+    assert_eq!(
+        isolated.iter().map(|pass| pass["name"].as_str()).collect::<std::collections::BTreeSet<_>>(),
+        stages
+    );
+    let believed = report["device"]["time_stamps_believed"].as_bool().expect("a device");
+    assert_eq!(rows.keys().any(|name| name.contains("time stamps")), believed);
+    let events = trace["traceEvents"].as_array().expect("events");
+    for (name, value) in report["counters"].as_object().expect("counters") {
+        let event = events.iter().find(|e| e["ph"] == "C" && e["name"] == name.as_str());
+        assert_eq!(event.map(|e| &e["args"]["value"]), Some(value), "{name}");
+    }
+    let _ = program.run("bench dam --size 64x36 --frames 1 --warmup 0 --trace dam").expect(5);
 }

@@ -11,6 +11,7 @@ use std::time::{Instant, SystemTime};
 use meniscus_core::{Cancel, FrameRequest, FrameSource, StageCost};
 use meniscus_gpu::{Timing, process_cpu_ms};
 use meniscus_pipeline::{PreparedFrame, Registry};
+use serde_json::Value;
 
 use self::report::{BenchReport, FrameSpread, StageSpread};
 use self::spread::Spread;
@@ -21,6 +22,7 @@ use crate::input;
 use crate::picture::{self, Studio};
 use crate::report::RenderReport;
 use crate::terminal::{Terminal, interrupt, print};
+use crate::trace::{Trace, Track};
 
 /// How far the camera goes around its target every frame.
 const ORBIT_DEG_PER_FRAME: f32 = 0.5;
@@ -44,6 +46,7 @@ pub fn run(
         let last = series.frame_count().max(1) - 1;
         return Err(Failure::Usage(format!("--frame {}: the series has frames 0 to {last}", args.frame)));
     }
+    let trace = Trace::new(args.trace.is_some());
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
     let preparer = studio.renderer.preparer(&studio.world);
     let (mut read_ms, mut prepare_ms) = (Vec::new(), Vec::new());
@@ -51,9 +54,11 @@ pub fn run(
         let started = Instant::now();
         let frame = series.read(args.frame, &FrameRequest::default(), &cancel)?;
         read_ms.push(ms_since(started));
+        trace.span(Track::Drawing, "read", started, Value::Null);
         let (flaws, started) = (frame.flaws.clone(), Instant::now());
         let frame = preparer.prepare(frame);
         prepare_ms.push(ms_since(started));
+        trace.span(Track::Drawing, "prepare", started, Value::Null);
         if read_ms.len() == READS {
             terminal.flaws(&flaws);
             break frame;
@@ -63,6 +68,7 @@ pub fn run(
     flaws.merge(&frame.flaws);
 
     let bar = terminal.progress(u64::from(args.warmup + args.frames + ISOLATED_FRAMES), "pictures");
+    studio.renderer.set_tracing(args.trace.is_some());
     let mut orbit = Orbit { step: 0 };
     let warmup_ms = warm_up(args.warmup, || {
         let started = Instant::now();
@@ -70,7 +76,9 @@ pub fn run(
         // Else the measured pictures would get the clocks of these.
         studio.renderer.take_costs();
         bar.inc(1);
-        Ok(ms_since(started))
+        let elapsed_ms = ms_since(started);
+        note(&trace, &mut studio, "warm-up picture", started);
+        Ok(elapsed_ms)
     })?;
     let (mut wall, mut cpu, mut gpu) = (Vec::new(), Vec::new(), Vec::new());
     let mut stages = StageSamples::default();
@@ -85,23 +93,29 @@ pub fn run(
             gpu.push(stamps.iter().sum());
         }
         stages.add(costs);
+        note(&trace, &mut studio, "picture", started);
         bar.inc(1);
     }
     // Counts belong to the measured frames; the isolated ones only add clocks.
     let counts = studio.renderer.counts();
     studio.renderer.set_timing(Timing::Isolated);
     for _ in 0..ISOLATED_FRAMES {
+        let started = Instant::now();
         orbit.draw(&mut studio, &frame, &cancel)?;
         stages
             .add(studio.renderer.take_costs().into_iter().map(|c| StageCost { gpu_ms: None, ..c }).collect());
+        note(&trace, &mut studio, "picture, pass by pass", started);
         bar.inc(1);
     }
     bar.finish_and_clear();
     // Passes that count take longer: in a picture of their own, as in production otherwise.
     studio.renderer.set_timing(Timing::Stamps);
     studio.renderer.set_counting(true);
+    let started = Instant::now();
     orbit.draw(&mut studio, &frame, &cancel)?;
     let counters = studio.renderer.counters(&frame)?;
+    note(&trace, &mut studio, "picture, counted", started);
+    trace.counters(&counters);
 
     let summary = studio.renderer.gpu().summary().clone();
     let report = BenchReport {
@@ -129,6 +143,9 @@ pub fn run(
         peak_bytes: studio.renderer.gpu().memory().peak(),
         flaws,
     };
+    if let Some(path) = &args.trace {
+        trace.write(path)?;
+    }
     if args.json {
         print(serde_json::to_string_pretty(&report).unwrap_or_default());
     } else {
@@ -164,12 +181,18 @@ fn warm_up(asked: u32, mut draw: impl FnMut() -> Result<f64, Failure>) -> Result
     }
 }
 
+/// Notes a picture and what the renderer did for it.
+fn note(trace: &Trace, studio: &mut Studio, name: &'static str, started: Instant) {
+    trace.span(Track::Frames, name, started, Value::Null);
+    trace.renderer(studio.renderer.take_spans());
+}
+
 fn ms_since(started: Instant) -> f64 {
     started.elapsed().as_secs_f64() * 1e3
 }
 
 /// The entries of a render report that decide what a picture costs.
-fn setup(studio: &Studio, series: &meniscus_io::Series) -> serde_json::Map<String, serde_json::Value> {
+fn setup(studio: &Studio, series: &meniscus_io::Series) -> serde_json::Map<String, Value> {
     let report = serde_json::to_value(RenderReport::new(studio, series)).unwrap_or_default();
     let keys = ["version", "device", "camera", "space", "settings", "choices"];
     keys.iter().map(|key| ((*key).to_owned(), report[key].clone())).collect()

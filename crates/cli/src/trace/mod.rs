@@ -3,11 +3,14 @@
 
 mod source;
 
+use std::borrow::Cow;
 use std::path::Path;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
+use meniscus_core::WorkCounters;
 use meniscus_export::{ExportError, write_text};
+use meniscus_gpu::{Span, SpanRow};
 use serde_json::{Value, json};
 
 pub use self::source::TracedSource;
@@ -20,13 +23,19 @@ pub enum Track {
     Frames,
     /// The parts of that, on the thread that draws.
     Drawing,
+    /// What drawing a picture consists of.
+    Steps,
+    /// Passes by the GPU's time stamps.
+    Stamps,
+    /// Passes submitted and waited for one by one.
+    Isolated,
     /// A thread that reads ahead, by its name.
     Reader(String),
 }
 
 #[derive(Debug)]
 enum Event {
-    Span { track: Track, name: &'static str, begin: Instant, end: Instant, args: Value },
+    Span { track: Track, name: Cow<'static, str>, begin: Instant, end: Instant, args: Value },
     Counter { name: &'static str, at: Instant, value: u64 },
 }
 
@@ -46,7 +55,28 @@ impl Trace {
 
     /// Notes something that ran from `begin` until now.
     pub fn span(&self, track: Track, name: &'static str, begin: Instant, args: Value) {
-        self.push(Event::Span { track, name, begin, end: Instant::now(), args });
+        self.push(Event::Span { track, name: name.into(), begin, end: Instant::now(), args });
+    }
+
+    /// Notes what the renderer did.
+    pub fn renderer(&self, spans: Vec<Span>) {
+        for Span { name, row, begin, end } in spans {
+            let track = match row {
+                SpanRow::Host => Track::Steps,
+                SpanRow::Stamps => Track::Stamps,
+                SpanRow::Isolated => Track::Isolated,
+            };
+            self.push(Event::Span { track, name: name.into(), begin, end, args: Value::Null });
+        }
+    }
+
+    /// Notes all counters of a frame that were measured.
+    pub fn counters(&self, counters: &WorkCounters) {
+        for (name, _, value) in counters.iter() {
+            if let Some(value) = value {
+                self.counter(name, value);
+            }
+        }
     }
 
     /// Notes a number as it is now.
@@ -112,6 +142,9 @@ fn title(track: &Track) -> &str {
     match track {
         Track::Frames => "frames",
         Track::Drawing => "drawing",
+        Track::Steps => "steps of drawing",
+        Track::Stamps => "passes on the GPU (time stamps, placed to end when they were read)",
+        Track::Isolated => "passes run one by one, slower than in a frame",
         Track::Reader(name) => name,
     }
 }
