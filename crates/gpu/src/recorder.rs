@@ -453,7 +453,7 @@ impl Recorder {
                     stamps.push((label, time.start, time.end));
                 }
             }
-            self.spans.push_stamps(&stamps, Instant::now());
+            self.spans.push_stamps(&stamps);
         }
         costs
     }

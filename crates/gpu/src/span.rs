@@ -8,7 +8,7 @@ pub enum SpanRow {
     /// A pass that was submitted and waited for on its own ([`crate::Timing::Isolated`]).
     Isolated,
     /// A pass by the GPU's time stamps. Their zero is unknown: a frame's passes keep their lengths and gaps and are placed as
-    /// a whole, so that the last ends when the clocks were taken.
+    /// a whole, so that the last ends with what the host did last for the frame: waiting for it.
     Stamps,
 }
 
@@ -27,27 +27,34 @@ pub struct Span {
 
 /// Spans while somebody traces; keeps nothing otherwise.
 #[derive(Debug, Default)]
-pub(crate) struct Spans(Option<Vec<Span>>);
+pub(crate) struct Spans {
+    kept: Option<Vec<Span>>,
+    host_end: Option<Instant>,
+}
 
 impl Spans {
     pub(crate) fn trace(&mut self, wanted: bool) {
-        self.0 = wanted.then(Vec::new);
+        *self = Self { kept: wanted.then(Vec::new), host_end: None };
     }
 
     pub(crate) fn take(&mut self) -> Vec<Span> {
-        self.0.as_mut().map(std::mem::take).unwrap_or_default()
+        self.kept.as_mut().map(std::mem::take).unwrap_or_default()
     }
 
     /// Something that ran from `begin` until now.
     pub(crate) fn push(&mut self, row: SpanRow, name: &str, begin: Instant) {
-        if let Some(spans) = &mut self.0 {
-            spans.push(Span { name: name.to_owned(), row, begin, end: Instant::now() });
+        if let Some(spans) = &mut self.kept {
+            let end = Instant::now();
+            spans.push(Span { name: name.to_owned(), row, begin, end });
+            if row == SpanRow::Host {
+                self.host_end = Some(end);
+            }
         }
     }
 
     /// Passes of one frame by time stamps: name, begin and end in seconds.
-    pub(crate) fn push_stamps(&mut self, passes: &[(String, f64, f64)], end: Instant) {
-        let Some(spans) = &mut self.0 else { return };
+    pub(crate) fn push_stamps(&mut self, passes: &[(String, f64, f64)]) {
+        let (Some(spans), Some(end)) = (&mut self.kept, self.host_end) else { return };
         let last_s = passes.iter().map(|(_, _, end_s)| *end_s).fold(f64::MIN, f64::max);
         let before_end =
             |s: f64| Duration::try_from_secs_f64(last_s - s).ok().and_then(|d| end.checked_sub(d));
@@ -66,12 +73,14 @@ mod tests {
     #[test]
     fn passes_by_time_stamps_keep_lengths_and_gaps() {
         let mut spans = Spans::default();
-        let end = Instant::now();
         let passes = [("a".to_owned(), 1000.0, 1000.25), ("b".to_owned(), 1000.5, 1001.0)];
-        spans.push_stamps(&passes, end);
+        spans.push(SpanRow::Host, "wait", Instant::now());
+        spans.push_stamps(&passes);
         assert!(spans.take().is_empty(), "nobody traces");
         spans.trace(true);
-        spans.push_stamps(&passes, end);
+        spans.push(SpanRow::Host, "wait", Instant::now());
+        let end = spans.take()[0].end;
+        spans.push_stamps(&passes);
         let taken = spans.take();
         let ms = |from: Instant, to: Instant| (to - from).as_secs_f64() * 1e3;
         assert_eq!(taken[1].end, end);

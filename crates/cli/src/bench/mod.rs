@@ -143,15 +143,13 @@ pub fn run(
         peak_bytes: studio.renderer.gpu().memory().peak(),
         flaws,
     };
-    if let Some(path) = &args.trace {
-        trace.write(path)?;
-    }
     if args.json {
         print(serde_json::to_string_pretty(&report).unwrap_or_default());
     } else {
         table::print_table(&report);
     }
-    Ok(())
+    // Last: a trace that cannot be written costs no measurement.
+    args.trace.as_ref().map_or(Ok(()), |path| trace.write(path))
 }
 
 /// How often the frame is read and prepared, to see how much that varies.

@@ -143,7 +143,7 @@ fn title(track: &Track) -> &str {
         Track::Frames => "frames",
         Track::Drawing => "drawing",
         Track::Steps => "steps of drawing",
-        Track::Stamps => "passes on the GPU (time stamps, placed to end when they were read)",
+        Track::Stamps => "passes on the GPU (time stamps, placed to end with the wait)",
         Track::Isolated => "passes run one by one, slower than in a frame",
         Track::Reader(name) => name,
     }
