@@ -97,7 +97,8 @@ impl LightingModel for Chart {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
-        let descriptor = ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(SHADER) };
+        let descriptor =
+            ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(SHADER) };
         Ok(Box::new(ChartPass { model: self.clone(), pipeline: gpu.compute_pipeline(&descriptor)? }))
     }
 

@@ -9,9 +9,9 @@ use crate::{
 
 /// The crates of the product that each bench is made of, without their `meniscus-`.
 const BENCHES: &[(&str, &[&str])] = &[
-    ("bench-io", &["core", "cases", "io"]),
+    ("bench-io", &["core", "cases", "io", "map-guard"]),
     // Preparing a frame is cutting it into chunks, on the reader threads.
-    ("bench-prefetch", &["core", "cases", "io", "prefetch", "lod", "gpu"]),
+    ("bench-prefetch", &["core", "cases", "io", "map-guard", "prefetch", "lod", "gpu"]),
     ("bench-lod", &["core", "cases", "gpu", "lod"]),
     ("bench-ssfr-splat", &["core", "cases", "gpu", "ssfr"]),
     ("bench-ssfr-filter", &["core", "cases", "gpu", "ssfr"]),

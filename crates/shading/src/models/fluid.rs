@@ -211,7 +211,8 @@ impl LightingModel for Fluid {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
-        let descriptor = ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(SHADER) };
+        let descriptor =
+            ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(SHADER) };
         Ok(Box::new(FluidPass { model: self.clone(), pipeline: gpu.compute_pipeline(&descriptor)? }))
     }
 
