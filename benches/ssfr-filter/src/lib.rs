@@ -2,7 +2,7 @@
 //!
 //! A filter of one's own is measured beside the built-in ones by a bench of three lines, as `examples/custom-filter` does:
 //!
-//! ```ignore
+//! ```text
 //! fn main() {
 //!     bench_ssfr_filter::main("custom-filter", &registry);
 //! }
