@@ -7,6 +7,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use meniscus_core::UpAxis;
 use meniscus_io::{IoMode, Region};
 
+use crate::failure::Failure;
 use crate::values::{CameraValue, CaseName, FrameRange, ImageSize, Parameter, Unit};
 
 /// Exit codes, printed under every `--help`.
@@ -236,6 +237,33 @@ pub struct PictureArgs {
     pub params: Vec<Parameter>,
 }
 
+/// Frames of the series, for commands that go through them.
+#[derive(Clone, Debug, Args)]
+pub struct WantedFrames {
+    /// The one frame to take [default: all].
+    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "frames")]
+    pub frame: Option<usize>,
+
+    /// Frames to take, the last one included; either end may be left out.
+    #[arg(long, value_name = "A..B")]
+    pub frames: Option<FrameRange>,
+}
+
+impl WantedFrames {
+    /// Their indices in a series of `count` frames.
+    pub fn within(&self, count: usize) -> Result<Vec<usize>, Failure> {
+        match (self.frame, self.frames) {
+            (Some(frame), _) if frame >= count => Err(Failure::Usage(format!(
+                "--frame {frame}: the series has frames 0 to {}",
+                count.max(1) - 1
+            ))),
+            (Some(frame), _) => Ok(vec![frame]),
+            (None, Some(range)) => Ok(range.within(count).map_err(Failure::Usage)?.collect()),
+            (None, None) => Ok((0..count).collect()),
+        }
+    }
+}
+
 /// `meniscus render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
@@ -247,19 +275,15 @@ pub struct RenderArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
-    /// The one frame to draw [default: all].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "frames")]
-    pub frame: Option<usize>,
-
-    /// Frames to draw, the last one included; either end may be left out.
-    #[arg(long, value_name = "A..B")]
-    pub frames: Option<FrameRange>,
+    /// Which frames.
+    #[command(flatten)]
+    pub wanted: WantedFrames,
 
     /// How the picture is made.
     #[command(flatten)]
     pub picture: PictureArgs,
 
-    /// Write a JSON report: adapter, particle counts, milliseconds per stage, automatic choices, flaws.
+    /// Write a JSON report: adapter, milliseconds per stage, work done, automatic choices, flaws.
     #[arg(long, value_name = "FILE.json")]
     pub report: Option<PathBuf>,
 
@@ -315,13 +339,9 @@ pub struct ConvertArgs {
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
-    /// The one frame to convert [default: all].
-    #[arg(long, value_name = "N", allow_negative_numbers = true, conflicts_with = "frames")]
-    pub frame: Option<usize>,
-
-    /// Frames to convert, the last one included; either end may be left out.
-    #[arg(long, value_name = "A..B")]
-    pub frames: Option<FrameRange>,
+    /// Which frames.
+    #[command(flatten)]
+    pub wanted: WantedFrames,
 
     /// How numbers are stored.
     #[arg(long, value_enum, default_value_t = ConvertEncoding::Raw)]

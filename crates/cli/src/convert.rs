@@ -19,7 +19,7 @@ pub fn run(args: &ConvertArgs, terminal: &Terminal) -> Result<(), Failure> {
     let names = Names::parse(&args.output)?;
     let cancel = interrupt();
     let series = input::open(&args.input, &cancel)?;
-    let frames = render::wanted_frames(args.frame, args.frames, series.frame_count())?;
+    let frames = args.wanted.within(series.frame_count())?;
     if frames.len() > 1 && names.of(0) == names.of(1) {
         let (count, stem) = (frames.len(), args.output.file_stem().unwrap_or_default().to_string_lossy());
         return Err(Failure::Usage(format!(

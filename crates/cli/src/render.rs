@@ -33,7 +33,7 @@ pub fn run(
     let trace = Arc::new(Trace::new(args.trace.is_some()));
     let cancel = interrupt();
     let series = Arc::new(input::open(&args.input, &cancel)?);
-    let frames = wanted_frames(args.frame, args.frames, series.frame_count())?;
+    let frames = args.wanted.within(series.frame_count())?;
     pattern.check(frames.len())?;
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
 
@@ -153,20 +153,4 @@ fn draw(
     write_png(&pattern.path(index), studio.size, &picture.pixels, studio.renderer.settings().transparent())?;
     trace.span(Track::Drawing, "encode and write", begin, json!({ "frame": index }));
     Ok(picture.report)
-}
-
-/// The frames that `--frame` and `--frames` ask for of a series of `count`.
-pub fn wanted_frames(
-    frame: Option<usize>,
-    frames: Option<FrameRange>,
-    count: usize,
-) -> Result<Vec<usize>, Failure> {
-    match (frame, frames) {
-        (Some(frame), _) if frame >= count => {
-            Err(Failure::Usage(format!("--frame {frame}: the series has frames 0 to {}", count.max(1) - 1)))
-        }
-        (Some(frame), _) => Ok(vec![frame]),
-        (None, Some(range)) => Ok(range.within(count).map_err(Failure::Usage)?.collect()),
-        (None, None) => Ok((0..count).collect()),
-    }
 }
