@@ -6,7 +6,7 @@ use std::cell::OnceCell;
 use bench_views::{Stage, View};
 use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus_gpu::role::PackedParticle;
-use meniscus_lod::{ChunkOptions, ChunkedSet, LodParams, chunks, select};
+use meniscus_lod::{ChunkOptions, ChunkedSet, LodParams, Viewpoint, chunks, select};
 
 /// Particles per page: what software Vulkan binds at once.
 const PAGE_PARTICLES: usize = 1 << 23;
@@ -31,14 +31,19 @@ fn lod(criterion: &mut Criterion) {
         );
         for threshold in [1.0, 0.3] {
             let params = LodParams { threshold, ..Default::default() };
-            let (camera, radius) = (view.camera(), view.space().radius as f32);
+            let viewpoint = Viewpoint {
+                camera: view.camera(),
+                size_px: view.size,
+                radius_world: view.space().radius as f32,
+                spacing_world: view.space().spacing as f32,
+            };
             stage.cpu(
                 [&format!("select-{threshold}"), &view.name],
                 view.particles,
                 || set.get_or_init(|| build(&view, frame())),
                 // Every chunk is read; what is written depends on what is kept.
                 |set| Some(size_of_val(set.chunks.as_slice()) as u64),
-                |set| select(set, &camera, view.size, radius, &params).expect("valid options"),
+                |set| select(set, &viewpoint, &params).expect("valid options"),
             );
         }
     }

@@ -6,15 +6,17 @@ use std::cell::OnceCell;
 
 use bench_views::{GpuTime, Stage, View};
 use criterion::{Criterion, criterion_group, criterion_main};
-use meniscus_gpu::role::{KeptRange, KeptRanges, NO_SURFACE, PackedParticle, Particles, SceneDistance};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture};
-use meniscus_ssfr::{FilterChoice, FilterRegistry, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
+use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle, Particles, SceneDistance};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, RangeList, Recorder, Texture};
+use meniscus_ssfr::{
+    FilterChoice, FilterRegistry, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
+};
 
 /// The surface stage and a view's particles on the GPU.
 struct Splats {
     stage: Ssfr,
     images: SurfaceImages,
-    pages: Vec<(Buffer<Particles>, Buffer<KeptRanges>)>,
+    pages: Vec<(Buffer<Particles>, RangeList)>,
     sky: Texture<SceneDistance>,
     camera: CameraUniform,
     radius_world: f32,
@@ -40,7 +42,7 @@ impl Splats {
                 })
                 .collect();
             let particles = Buffer::from_slice(gpu, page).expect("a page");
-            (particles, Buffer::from_slice(gpu, &ranges).expect("its ranges"))
+            (particles, RangeList::from_slice(gpu, &ranges).expect("its ranges"))
         });
         let pages = pages.collect();
         let sky = Texture::new(gpu, view.size).expect("a texture of the picture's size");
@@ -59,13 +61,21 @@ impl Splats {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu) {
+        let input = |(particles, ranges)| SplatInput {
+            particles,
+            front: ranges,
+            tested: None,
+            mass: ranges,
+            stand_ins: None,
+        };
         let pages: Vec<SplatInput> =
-            self.pages.iter().map(|(particles, ranges)| SplatInput { particles, ranges }).collect();
+            self.pages.iter().map(|(particles, ranges)| input((particles, ranges))).collect();
         let set = SplatSet {
             pages: &pages,
             radius_world: self.radius_world,
             volume_world: self.volume_world,
-            uniform_radius: true,
+            radii: Radii::Equal,
+            is_uniform_mass: true,
         };
         let camera = recorder.uniform(&self.camera);
         self.stage.record(recorder, gpu, &camera, &[set], &self.sky, &self.images);

@@ -6,12 +6,31 @@ struct PackedParticle {
     packed: u32,
 }
 
+// A run of particles. Of a list of runs, the first element's `first` is the number of runs that follow.
 struct KeptRange {
     first: u32,
     count: u32,
     // Keep probability in 1/65536.
     keep: u32,
     flags: u32,
+}
+
+// A run of particles and where it would show.
+struct Occludee {
+    range: KeptRange,
+    // Distance that none of the spheres comes nearer than.
+    front: f32,
+    // First and last tile, inclusive: column in the low, row in the high 16 bits.
+    first_tile: u32,
+    last_tile: u32,
+    pad: u32,
+}
+
+// A sphere in place of a group of particles.
+struct StandIn {
+    center_world: vec3<f32>,
+    // Low 16 bits: volume in those of a particle. High 16 bits: radius in spacings. Both IEEE halves.
+    packed: u32,
 }
 
 // What level of detail makes of one kept particle.
@@ -24,7 +43,8 @@ struct Kept {
 
 // Fraction of the keep probability over which particles fade in (main-renderer.md 3.3).
 const RAMP: f32 = 0.2;
-// Thinned splats grow by p^(-1/3) to close holes, at most to this factor.
+// Keep probability below which splats grow, by (p / GROWS_BELOW)^(-1/3), to close holes; and most that they grow by.
+const GROWS_BELOW: f32 = 0.5;
 const MAX_GROWTH: f32 = 2.0;
 
 // Horvitz-Thompson weight and size of a particle with identity hash `packed & 0xffff` kept with probability keep / 65536.
@@ -39,6 +59,6 @@ fn kept(packed: u32, keep: u32) -> Kept {
     let fade = clamp((p - u) / ramp, 0.0, 1.0);
     // Mean of the fade over u in [0, p).
     let mean_fade = 1.0 - 0.5 * ramp / p;
-    let growth = min(pow(p, -1.0 / 3.0), MAX_GROWTH);
+    let growth = clamp(pow(p / GROWS_BELOW, -1.0 / 3.0), 1.0, MAX_GROWTH);
     return Kept(fade / (mean_fade * p), growth * pow(fade, 1.0 / 3.0));
 }

@@ -1,7 +1,8 @@
 // Nearest sphere per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are.
+// TESTED: of ranges that are drawn after others, so that most of their spheres are hidden.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, surface_pixels, area}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area}
 #import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -9,6 +10,25 @@
 @group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(3) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(4) var<storage, read_write> nearest: array<atomic<u32>>;
+
+#ifdef TESTED
+@group(0) @binding(5) var<storage, read> farthest: array<f32>;
+
+const TILE: i32 = 8;
+
+// Whether all that the splat could show in is nearer already, as far as the tiles tell (farthest.wgsl).
+fn is_hidden(grid: Grid, first: vec2<i32>, last: vec2<i32>, front: f32) -> bool {
+    let a = first / TILE;
+    let b = last / TILE;
+    if any(b - a > vec2(1)) {
+        return false;
+    }
+    let width = grid.last_px.x / TILE + 1;
+    let upper = max(farthest[a.y * width + a.x], farthest[a.y * width + b.x]);
+    let lower = max(farthest[b.y * width + a.x], farthest[b.y * width + b.x]);
+    return max(upper, lower) <= front;
+}
+#endif
 
 const LANES: u32 = 64u;
 
@@ -18,6 +38,11 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
     if any(box.last < box.first) {
         return 0u;
     }
+#ifdef TESTED
+    if is_hidden(grid, box.first, box.last, splat.center.z - splat.radius) {
+        return 0u;
+    }
+#endif
     // Chord of each pixel as in `chord_at`, with what is constant along a row or a splat taken out of the loops.
     let d = splat.center.z;
     let lift = mix(1.0, d, grid.perspective);
@@ -65,17 +90,16 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
 
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let index = group.y * groups.x + group.x;
-    if index >= splats.range_count {
-        return;
-    }
-    let range = ranges[index];
     let grid = grid_of(camera, 1u);
+    let share = share_of(group, groups);
     var visited = 0u;
-    for (var i = lane; i < range.count; i += LANES) {
-        let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
-        if is_drawn(camera, splat) {
-            visited += draw(grid, splat);
+    for (var index = share.first; index < ranges[0].first; index += share.step) {
+        let range = ranges[index + 1u];
+        for (var i = lane; i < range.count; i += LANES) {
+            let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
+            if is_drawn(camera, splat) {
+                visited += draw(grid, splat);
+            }
         }
     }
     count(visited);

@@ -1,7 +1,7 @@
 // Drawn radius of the splat that is visible in a pixel; the largest where several are equally near.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, surface_pixels, chord_at}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, chord_at}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
@@ -37,16 +37,15 @@ fn draw(grid: Grid, splat: Splat) {
 
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let index = group.y * groups.x + group.x;
-    if index >= splats.range_count {
-        return;
-    }
-    let range = ranges[index];
     let grid = grid_of(camera, 1u);
-    for (var i = lane; i < range.count; i += LANES) {
-        let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
-        if is_drawn(camera, splat) {
-            draw(grid, splat);
+    let share = share_of(group, groups);
+    for (var index = share.first; index < ranges[0].first; index += share.step) {
+        let range = ranges[index + 1u];
+        for (var i = lane; i < range.count; i += LANES) {
+            let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
+            if is_drawn(camera, splat) {
+                draw(grid, splat);
+            }
         }
     }
 }

@@ -1,6 +1,6 @@
 #define_import_path meniscus::splat
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, kept}
+#import meniscus::particle::{PackedParticle, StandIn, kept}
 
 // What all splats of one set share.
 struct SplatSet {
@@ -8,7 +8,6 @@ struct SplatSet {
     volume_world: f32,
     // Steps per world unit of the fixed-point thickness.
     steps_per_world: f32,
-    range_count: u32,
 }
 
 // The pixel centres of a picture. Plane coordinates are tangents x/d, y/d (perspective) or view-space x, y (parallel);
@@ -59,10 +58,20 @@ fn grid_of(camera: Camera, scale: u32) -> Grid {
     return Grid(corner + 0.5 * step, step, vec2<i32>(size) - 1, select(1.0, 0.0, camera.orthographic != 0u));
 }
 
-// Radius relative to the set's: the IEEE half in the high 16 bits, >= 0. (unpack2x16float needs an optional capability.)
-fn relative_radius(packed: u32) -> f32 {
+// The IEEE half in the low 16 bits, >= 0. (unpack2x16float needs an optional capability.)
+fn half_to_float(bits: u32) -> f32 {
     // The exponent of a half is biased by 15, that of a float by 127.
-    return bitcast<f32>((packed >> 16u) << 13u) * 0x1p+112f;
+    return bitcast<f32>((bits & 0xffffu) << 13u) * 0x1p+112f;
+}
+
+// Workgroups share the ranges of a list out between them: the number of a workgroup, and how many there are.
+struct Share {
+    first: u32,
+    step: u32,
+}
+
+fn share_of(group: vec3<u32>, groups: vec3<u32>) -> Share {
+    return Share(group.y * groups.x + group.x, groups.x * groups.y);
 }
 
 // With UNIFORM every particle is known to be kept and to have the set's radius.
@@ -71,7 +80,7 @@ fn splat_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep: u3
 #ifdef UNIFORM
     return Splat(vec3(p.xy, -p.z), splats.radius_world, splats.volume_world);
 #else
-    let relative = relative_radius(particle.packed);
+    let relative = half_to_float(particle.packed >> 16u);
     let chosen = kept(particle.packed, keep);
     return Splat(
         vec3(p.xy, -p.z),
@@ -79,6 +88,13 @@ fn splat_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep: u3
         splats.volume_world * relative * relative * relative * chosen.weight,
     );
 #endif
+}
+
+// A stand-in for particles of a set whose `radius_world` is the spacing.
+fn splat_of_stand_in(camera: Camera, splats: SplatSet, stand_in: StandIn) -> Splat {
+    let p = (camera.view_from_world * vec4(stand_in.center_world, 1.0)).xyz;
+    let radius = splats.radius_world * half_to_float(stand_in.packed >> 16u);
+    return Splat(vec3(p.xy, -p.z), radius, splats.volume_world * half_to_float(stand_in.packed));
 }
 
 // A splat that reaches before the near distance is not drawn at all; that also keeps the eye outside of every splat.

@@ -1,14 +1,19 @@
-// Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2).
+// Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
+// stand for groups of particles.
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::particle::{PackedParticle, StandIn, KeptRange}
 #import meniscus::thickness::{Thickness, SATURATED}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, splat_of, is_drawn, footprint, chord_at, area}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, splat_of_stand_in, is_drawn, footprint, chord_at, area}
 #import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<uniform> thickness: Thickness;
+#ifdef STAND_IN
+@group(0) @binding(3) var<storage, read> particles: array<StandIn>;
+#else
 @group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
+#endif
 @group(0) @binding(4) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(5) var<storage, read> limit: array<f32>;
 @group(0) @binding(6) var<storage, read_write> sum: array<atomic<u32>>;
@@ -42,9 +47,9 @@ fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>) -> 
 }
 
 // Uniform in [0, 1): rounds the small addends of far splats up as often as needed for their sum to be right.
-fn dither(particle: PackedParticle) -> f32 {
-    let p = bitcast<vec3<u32>>(particle.position_world);
-    var h = (particle.packed ^ (p.x * 0x9E3779B9u) ^ (p.y * 0x85EBCA6Bu) ^ (p.z * 0xC2B2AE35u)) * 0x27D4EB2Fu;
+fn dither(position_world: vec3<f32>, packed: u32) -> f32 {
+    let p = bitcast<vec3<u32>>(position_world);
+    var h = (packed ^ (p.x * 0x9E3779B9u) ^ (p.y * 0x85EBCA6Bu) ^ (p.z * 0xC2B2AE35u)) * 0x27D4EB2Fu;
     h = (h ^ (h >> 15u)) * 0x2C1B3C6Du;
     return f32(h >> 8u) / 16777216.0;
 }
@@ -78,22 +83,27 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32
 
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
-    let index = group.y * groups.x + group.x;
-    if index >= splats.range_count {
-        return;
-    }
-    let range = ranges[index];
     let grid = grid_of(camera, thickness.scale);
+    let share = share_of(group, groups);
     var visited = 0u;
-    for (var i = lane; i < range.count; i += LANES) {
-        let particle = particles[range.first + i];
-        let splat = splat_of(camera, splats, particle, range.keep);
-        if is_drawn(camera, splat) {
-            let box = footprint(grid, splat);
-            if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
-                visited += draw_point(grid, splat, box.center_px, dither(particle));
-            } else {
-                visited += draw_profile(grid, splat, box.first, box.last);
+    for (var index = share.first; index < ranges[0].first; index += share.step) {
+        let range = ranges[index + 1u];
+        for (var i = lane; i < range.count; i += LANES) {
+            let particle = particles[range.first + i];
+#ifdef STAND_IN
+            let splat = splat_of_stand_in(camera, splats, particle);
+            let noise = dither(particle.center_world, particle.packed);
+#else
+            let splat = splat_of(camera, splats, particle, range.keep);
+            let noise = dither(particle.position_world, particle.packed);
+#endif
+            if is_drawn(camera, splat) {
+                let box = footprint(grid, splat);
+                if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
+                    visited += draw_point(grid, splat, box.center_px, noise);
+                } else {
+                    visited += draw_profile(grid, splat, box.first, box.last);
+                }
             }
         }
     }

@@ -7,8 +7,10 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use meniscus_core::UpAxis;
 use meniscus_io::{IoMode, Region};
 
+use meniscus_pipeline::LodView;
+
 use crate::failure::Failure;
-use crate::values::{CameraValue, CaseName, FrameRange, ImageSize, Parameter, Unit};
+use crate::values::{CameraValue, CaseName, Detail, FrameRange, ImageSize, Parameter, Unit};
 
 /// Exit codes, printed under every `--help`.
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 drawing or the GPU failed; 2 the command line is wrong; 3 the input cannot \
@@ -199,9 +201,14 @@ pub struct PictureArgs {
     #[arg(long, default_value = "1280x720", value_name = "WxH")]
     pub size: ImageSize,
 
-    /// Fraction of the particles that are drawn, 0 to 1; 1 is full detail.
-    #[arg(long, default_value_t = 1.0, allow_negative_numbers = true, value_name = "T")]
-    pub lod: f32,
+    /// Level of detail: the fraction of the particles that are drawn (1 is full detail), or auto for as few as cannot be told
+    /// from all (--param lod.error_px, lod.error_color); for `bench` also a rate to hold, like 30fps.
+    #[arg(long, default_value_t = Detail::Threshold(1.0), allow_negative_numbers = true, value_name = "0..1|auto|FPSfps")]
+    pub lod: Detail,
+
+    /// Distance from the eye before which nothing is drawn, in the file's unit [default: a thousandth of the data's diagonal].
+    #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = crate::values::positive)]
+    pub near: Option<f64>,
 
     /// Eye, target, up vector and vertical field of view in degrees, in the file's coordinates.
     #[arg(
@@ -282,6 +289,11 @@ pub struct RenderArgs {
     /// How the picture is made.
     #[command(flatten)]
     pub picture: PictureArgs,
+
+    /// Show what level of detail decided instead: lod-kept, lod-chunks, lod-levels on the water, or lod-culled, a map of what
+    /// was drawn (green), tested (blue) and left out (red: outside, violet: too near, grey: too far).
+    #[arg(long, value_name = "VIEW")]
+    pub show: Option<LodView>,
 
     /// Write a JSON report: adapter, milliseconds per stage, work done, automatic choices, flaws.
     #[arg(long, value_name = "FILE.json")]

@@ -7,13 +7,13 @@ use meniscus_core::{Camera, Choice, Flaws, FrameSource, Projection};
 use meniscus_export::ExportError;
 use meniscus_gpu::{AdapterChoice, Gpu};
 use meniscus_io::Series;
-use meniscus_pipeline::{Registry, Renderer, Settings, World};
+use meniscus_pipeline::{LodMode, LodParams, Registry, Renderer, Settings, World};
 use meniscus_scene::{NamedView, above_ground, automatic_camera};
 
 use crate::args::{Global, PictureArgs};
 use crate::failure::Failure;
 use crate::terminal::{Terminal, print};
-use crate::values::Parameter;
+use crate::values::{Detail, Parameter};
 
 /// Everything a picture needs besides its particles.
 pub struct Studio {
@@ -21,6 +21,8 @@ pub struct Studio {
     pub world: World,
     pub camera: Camera,
     pub size: [u32; 2],
+    /// The level of detail that was asked for.
+    pub lod: LodParams,
     pub choices: Vec<Choice>,
     pub flaws: Flaws,
 }
@@ -29,7 +31,11 @@ pub struct Studio {
 pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settings>, Failure> {
     let mut settings = Settings::default();
     let usage = |e: meniscus_pipeline::SettingsError| Failure::Usage(e.to_string());
-    settings.lod.threshold = args.lod;
+    match args.lod {
+        Detail::Threshold(threshold) => settings.lod.threshold = threshold,
+        // Of a rate, these are the errors that are tolerated while it is held.
+        Detail::Auto | Detail::Rate(_) => settings.lod.mode = LodMode::ErrorBound,
+    }
     settings.scene.file.clone_from(&args.scene);
     if let Some(name) = &args.filter {
         settings.choose_filter(registry, name).map_err(usage)?;
@@ -83,8 +89,9 @@ impl Studio {
         choices.extend(camera_choice);
         terminal.choices(&choices);
         terminal.flaws(&flaws);
+        let lod = settings.lod;
         let renderer = Renderer::new(gpu, registry, settings)?;
-        Ok(Self { renderer, world, camera, size: args.size.0, choices, flaws })
+        Ok(Self { renderer, world, camera, size: args.size.0, lod, choices, flaws })
     }
 }
 
@@ -135,6 +142,9 @@ fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, O
     };
     if let Some(height) = args.ortho {
         camera.projection = Projection::Orthographic { height_world: height as f32 };
+    }
+    if let Some(near) = args.near {
+        camera.near = near as f32;
     }
     camera.validate()?;
     if args.camera.is_none() {

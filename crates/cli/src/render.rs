@@ -6,7 +6,7 @@ use std::time::Instant;
 use meniscus_core::{Flaw, FrameErrorKind, FrameReport, FrameRequest, FrameSource};
 use meniscus_export::{OutputPattern, write_png};
 use meniscus_gpu::Timing;
-use meniscus_pipeline::{PreparedFrame, Registry};
+use meniscus_pipeline::{LodView, PreparedFrame, Registry};
 use meniscus_prefetch::{Plan, PrefetchOptions, Prefetcher};
 use serde_json::json;
 
@@ -16,7 +16,7 @@ use crate::picture::{self, Studio};
 use crate::report::RenderReport;
 use crate::terminal::{Terminal, interrupt};
 use crate::trace::{Trace, TracedSource, Track};
-use crate::values::FrameRange;
+use crate::values::Detail;
 use crate::{input, report};
 
 pub fn run(
@@ -26,6 +26,12 @@ pub fn run(
     terminal: &Terminal,
 ) -> Result<(), Failure> {
     let Some(settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
+    if let Detail::Rate(_) = args.picture.lod {
+        return Err(Failure::Usage(format!(
+            "--lod {}: pictures of `render` do not depend on how fast they are drawn; give a fraction or auto",
+            args.picture.lod
+        )));
+    }
     let pattern = OutputPattern::parse(&args.output)?;
     for (flag, path) in [("--report", &args.report), ("--trace", &args.trace)] {
         path.as_deref().map_or(Ok(()), |path| picture::prepare_path(flag, path))?;
@@ -80,7 +86,7 @@ pub fn run(
         }
         match taken {
             Ok(frame) => {
-                let frame_report = draw(&mut studio, &frame, &pattern, index, &trace)?;
+                let frame_report = draw(&mut studio, &frame, args.show, &pattern, index, &trace)?;
                 trace.span(Track::Frames, "frame", begin, json!({ "frame": index, "time": frame.time }));
                 frame_report.flaws.iter().filter(|flaw| !report.flaws.iter().any(|f| f == *flaw)).for_each(
                     |flaw| {
@@ -139,12 +145,16 @@ pub fn run(
 fn draw(
     studio: &mut Studio,
     frame: &PreparedFrame,
+    show: Option<LodView>,
     pattern: &OutputPattern,
     index: usize,
     trace: &Trace,
 ) -> Result<FrameReport, Failure> {
     let begin = Instant::now();
-    let picture = studio.renderer.render(frame, &studio.world, &studio.camera, studio.size)?;
+    let mut picture = studio.renderer.render(frame, &studio.world, &studio.camera, studio.size)?;
+    if let Some(view) = show {
+        studio.renderer.paint_lod(&mut picture, view, frame, &studio.world, &studio.camera)?;
+    }
     trace.renderer(studio.renderer.take_spans());
     trace.span(Track::Drawing, "draw", begin, json!({ "frame": index, "stages": picture.report.stages }));
     trace.counter("frame bytes", frame.bytes());

@@ -37,6 +37,43 @@ impl fmt::Display for ImageSize {
     }
 }
 
+/// `--lod`: how much is drawn.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Detail {
+    /// This fraction of the particles.
+    Threshold(f32),
+    /// As little as cannot be told from all.
+    Auto,
+    /// As much as this many pictures per second allow.
+    Rate(f64),
+}
+
+impl FromStr for Detail {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected a fraction from 0 to 1, auto, or a rate like 30fps".to_owned();
+        if text == "auto" {
+            return Ok(Self::Auto);
+        }
+        match text.strip_suffix("fps") {
+            Some(rate) => positive(rate).map(Self::Rate).map_err(|_| wrong()),
+            // Its range is checked with all other parameters.
+            None => text.parse().map(Self::Threshold).map_err(|_| wrong()),
+        }
+    }
+}
+
+impl fmt::Display for Detail {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Self::Threshold(threshold) => write!(f, "{threshold}"),
+            Self::Auto => f.write_str("auto"),
+            Self::Rate(rate) => write!(f, "{rate}fps"),
+        }
+    }
+}
+
 /// `A..B`, both ends included and either left out.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct FrameRange {
@@ -193,6 +230,19 @@ mod tests {
         assert_eq!("1280x720".parse(), Ok(ImageSize([1280, 720])));
         for bad in ["1280", "0x5", "5x-1", "20000x10", "ax b", ""] {
             assert!(bad.parse::<ImageSize>().is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn detail_is_a_fraction_automatic_or_a_rate() {
+        for (text, detail) in
+            [("0.3", Detail::Threshold(0.3)), ("auto", Detail::Auto), ("30fps", Detail::Rate(30.0))]
+        {
+            assert_eq!(text.parse(), Ok(detail));
+            assert_eq!(detail.to_string(), text);
+        }
+        for bad in ["", "much", "fps", "-3fps", "nanfps", "0.3x"] {
+            assert!(bad.parse::<Detail>().is_err(), "{bad}");
         }
     }
 

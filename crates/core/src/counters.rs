@@ -47,12 +47,20 @@ work_counters! {
     particles: "particles",
     /// Particles left after culling and thinning, once per frame.
     particles_kept: "particles",
+    /// Of the kept, those that the surface is drawn from only where nothing hides them.
+    particles_tested: "particles",
+    /// Of the tested, those that were hidden.
+    particles_hidden: "particles",
+    /// Spheres that count in the thickness for groups of particles.
+    stand_ins: "spheres",
     /// Chunks of neighbouring particles that were looked at.
     chunks: "chunks",
     /// Chunks outside of the view.
     chunks_culled: "chunks",
     /// Particle data copied to the GPU.
     particle_bytes_uploaded: "bytes",
+    /// Stand-ins for groups of particles copied to the GPU.
+    stand_in_bytes_uploaded: "bytes",
     /// Lists of what is kept copied to the GPU.
     range_bytes_uploaded: "bytes",
     /// Parameters of passes copied to the GPU.

@@ -38,6 +38,11 @@ pub enum Flaw {
         /// The flag that hides them.
         flag: String,
     },
+    /// Particles without ids change places in the file from frame to frame, which level of detail cannot follow.
+    UnstableIdentity {
+        /// Share of neighbouring particles that the next frame has far apart, 0..=1.
+        share: f64,
+    },
     /// Not a single pixel shows a particle.
     NothingVisible {
         /// Why, and what to do.
@@ -64,6 +69,12 @@ impl fmt::Display for Flaw {
             Self::WallsDrawnAsWater { flag } => {
                 write!(f, "some particles look like walls and are drawn as water; hide them with {flag}")
             }
+            Self::UnstableIdentity { share } => write!(
+                f,
+                "the file has no ids and its particles change places from frame to frame ({:.0} % of neighbours part), so \
+                 that a reduced level of detail flickers; write ids, or draw with --lod 1",
+                100.0 * share
+            ),
             Self::NothingVisible { reason } => write!(f, "the picture shows no particle: {reason}"),
         }
     }

@@ -87,17 +87,20 @@ fn compare(module: &naga::Module, name: &str, fields: &[HostField], host_size: u
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::role::{KeptRange, PackedParticle};
+    use crate::role::{KeptRange, Occludee, PackedParticle, StandIn};
     use crate::{CameraUniform, shader};
 
     const USER: Shader = Shader {
         name: "test/user",
-        source: "#import meniscus::camera::{Camera, view_ray}\n#import meniscus::particle::{PackedParticle, KeptRange, kept}\n\
+        source: "#import meniscus::camera::{Camera, view_ray}\n#import meniscus::particle::{PackedParticle, KeptRange, Occludee, StandIn, kept}\n\
             @group(0) @binding(0) var<uniform> camera: Camera;\n\
             @group(0) @binding(1) var<storage, read> particles: array<PackedParticle>;\n\
             @group(0) @binding(2) var<storage, read> ranges: array<KeptRange>;\n\
             @group(0) @binding(3) var<storage, read_write> out: array<f32>;\n\
+            @group(0) @binding(4) var<storage, read> occludees: array<Occludee>;\n\
+            @group(0) @binding(5) var<storage, read> stand_ins: array<StandIn>;\n\
             @compute @workgroup_size(1) fn main() {\n\
+              out[1] = occludees[0].front + stand_ins[0].center_world.x;\n\
               out[0] = view_ray(camera, particles[0].position_world.xy).step.x + kept(particles[0].packed, ranges[0].keep).weight;\n}",
     };
 
@@ -106,6 +109,8 @@ mod tests {
         CameraUniform::check_layout(&USER, shader::COMMON).unwrap();
         PackedParticle::check_layout(&USER, shader::COMMON).unwrap();
         KeptRange::check_layout(&USER, shader::COMMON).unwrap();
+        Occludee::check_layout(&USER, shader::COMMON).unwrap();
+        StandIn::check_layout(&USER, shader::COMMON).unwrap();
     }
 
     #[test]

@@ -45,8 +45,14 @@ macro_rules! roles {
 roles! {
     /// One page of particles in chunk order.
     Particles: PackedParticle, unit "world", empty PackedParticle { position_world: [0.0; 3], packed: 0 };
-    /// Which particles of a page are kept, chunk prefix by chunk prefix, nearest chunk first.
+    /// Runs of a page's particles or stand-ins; the first element is the list's length ([`crate::RangeList`]).
     KeptRanges: KeptRange, unit "particles", empty KeptRange { first: 0, count: 0, keep: 0, flags: 0 };
+    /// Runs of a page's particles that are drawn unless something hides them.
+    Occludees: Occludee, unit "particles", empty Occludee {
+        range: KeptRange { first: 0, count: 0, keep: 0, flags: 0 }, front: 0.0, first_tile: 0, last_tile: 0, pad: 0,
+    };
+    /// Coarse stand-ins for the particles of a page.
+    StandIns: StandIn, unit "world", empty StandIn { center_world: [0.0; 3], packed: 0 };
     /// One attribute value per particle of a page, in the page's order.
     AttributeValues: f32, unit "the attribute's own", empty 0.0;
     /// Distance of the nearest surface along the view axis; (0, MAX), MAX = no surface.
@@ -130,6 +136,49 @@ pub struct KeptRange {
 impl KeptRange {
     /// `keep` of a range in which every particle is drawn.
     pub const KEEP_ALL: u32 = 65536;
+}
+
+/// A run of particles and where it would show, for the test against what is drawn already.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct Occludee {
+    /// The particles.
+    pub range: KeptRange,
+    /// Distance along the view axis that none of their spheres comes nearer than, world units.
+    pub front: f32,
+    /// The tiles of [`Occludee::TILE_PX`] pixels that hold all they could show in: column of the first in the low, row in
+    /// the high 16 bits.
+    pub first_tile: u32,
+    /// The last of them, inclusive, in the same way.
+    pub last_tile: u32,
+    /// 0.
+    pub pad: u32,
+}
+
+impl Occludee {
+    /// Side of a tile in pixels.
+    pub const TILE_PX: u32 = 8;
+}
+
+/// A sphere in place of a group of particles: 16 bytes, as a particle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct StandIn {
+    /// Centre of mass, world space.
+    pub center_world: [f32; 3],
+    /// Low 16 bits: volume in those of a particle of the set's own size. High 16 bits: radius in spacings. Both IEEE halves.
+    pub packed: u32,
+}
+
+impl crate::HostStruct for Occludee {
+    const WGSL_NAME: &'static str = "Occludee";
+    const FIELDS: &'static [crate::HostField] =
+        crate::host_fields!(Occludee { range, front, first_tile, last_tile, pad });
+}
+
+impl crate::HostStruct for StandIn {
+    const WGSL_NAME: &'static str = "StandIn";
+    const FIELDS: &'static [crate::HostField] = crate::host_fields!(StandIn { center_world, packed });
 }
 
 impl crate::HostStruct for PackedParticle {

@@ -5,17 +5,20 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use glam::Vec3;
 use meniscus_core::{Aabb, ParticleFrame};
-use meniscus_gpu::role::PackedParticle;
+use meniscus_gpu::role::{PackedParticle, StandIn};
 use rayon::prelude::*;
 
 use crate::Identity;
+use crate::cells::Cells;
 use crate::grid::CellOrder;
+use crate::stand_ins::{Gathering, Moments, StandIns};
 
-/// A particle with fewer others than this about two spacings around it is isolated. The bulk has some sixty there, a flat
-/// surface thirty, an edge of the fluid eight, a thread of single particles three.
-pub const ISOLATED_BELOW: usize = 4;
+/// A particle with fewer others than this about two and a half spacings around it is isolated. The bulk has some hundred
+/// and twenty there, a flat surface sixty, an edge of the fluid thirty, a thread of single particles four.
+pub const ISOLATED_BELOW: u16 = 4;
 
-/// A run of neighbouring particles of one page: first the isolated ones, then the others, both by rising hash.
+/// A run of neighbouring particles of one page in three parts: isolated particles ([`ISOLATED_BELOW`]); the shell, which
+/// may be seen from outside of the fluid; and what is buried under it. Each is sorted by rising hash.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Chunk {
     /// Box around the particle centres, world.
@@ -26,8 +29,24 @@ pub struct Chunk {
     pub first: u32,
     /// Number of particles, > 0.
     pub count: u32,
-    /// How many of them, at the front, are isolated ([`ISOLATED_BELOW`]).
+    /// How many of them, at the front, are isolated.
     pub isolated: u32,
+    /// How many follow that belong to the shell; the others are buried.
+    pub shell: u32,
+    /// Box around the centres of the buried particles, world.
+    pub buried_bounds: Aabb,
+    /// Where the shell faces, the mean over its particles: shorter than 1 where it faces several ways.
+    pub outward: Vec3,
+    /// Stand-ins of shell and buried particles, each in the order of [`Coarseness::ALL`](crate::Coarseness::ALL).
+    pub stand_ins: [[StandIns; 3]; 2],
+}
+
+/// Where a particle is in its chunk; orders the parts.
+#[derive(Clone, Copy)]
+enum Part {
+    Isolated = 0,
+    Shell = 1,
+    Buried = 2,
 }
 
 /// How a frame is cut.
@@ -45,10 +64,10 @@ pub struct ChunkOptions {
 }
 
 impl ChunkOptions {
-    /// A cube of about eleven spacings: small against a picture in all but extreme close-ups, so that culling and
-    /// importance are fine enough; large enough that a tenth of it still fills a workgroup and that 18 M particles are
-    /// some ten thousand decisions, under a millisecond.
-    pub const DEFAULT_CHUNK_PARTICLES: usize = 2048;
+    /// A cube of about eight spacings: hardly thicker than the shell of the fluid, so that what is hidden behind it is
+    /// found; large enough to fill a workgroup, and that 18 M particles are some forty thousand decisions, a few
+    /// milliseconds.
+    pub const DEFAULT_CHUNK_PARTICLES: usize = 512;
 
     /// Default chunks, hashed by id.
     pub fn new(page_particles: usize, spacing_world: f32) -> Self {
@@ -70,6 +89,8 @@ pub struct ChunkedSet {
     pub attribute_order: Vec<u32>,
     /// The chunks in the order of their particles.
     pub chunks: Vec<Chunk>,
+    /// Stand-ins of each page's chunks.
+    pub stand_ins: Vec<Vec<StandIn>>,
     /// Box around all particle centres, world.
     pub bounds: Aabb,
     page_starts: Vec<usize>,
@@ -108,12 +129,13 @@ impl ChunkedSet {
     /// Bytes held in memory.
     pub fn bytes(&self) -> u64 {
         let per_particle = size_of::<PackedParticle>() + size_of::<u32>();
-        (self.particles.len() * per_particle + self.chunks.len() * size_of::<Chunk>()) as u64
+        let stand_ins: usize = self.stand_ins.iter().map(|page| size_of_val(page.as_slice())).sum();
+        (self.particles.len() * per_particle + self.chunks.len() * size_of::<Chunk>() + stand_ins) as u64
     }
 }
 
-/// Cuts a frame into chunks and pages. Deterministic for any number of threads. Takes O(n log n), and 28 bytes per particle
-/// at its height, of which 20 are the result.
+/// Cuts a frame into chunks and pages. Deterministic for any number of threads. Takes O(n log n), and 32 bytes per particle
+/// at its height, of which 23 are the result; scattered particles, each in a cell of its own, take three times as much.
 ///
 /// # Panics
 /// Beyond 2^32 particles, which is 48 GiB of positions.
@@ -121,6 +143,7 @@ pub fn build(frame: &ParticleFrame, options: &ChunkOptions) -> ChunkedSet {
     let n = frame.len();
     assert!(u32::try_from(n).is_ok(), "{n} particles in one set; at most 2^32 - 1 can be indexed");
     let order = CellOrder::new(&frame.positions, options.spacing_world);
+    let cells = Cells::of(&order, &frame.positions, options.spacing_world, ISOLATED_BELOW);
     let cuts = order.cuts(options.chunk_particles.min(options.page_particles));
     let (mut chunks, page_starts) = lay_out(&cuts, options.page_particles.max(1));
 
@@ -138,18 +161,33 @@ pub fn build(frame: &ParticleFrame, options: &ChunkOptions) -> ChunkedSet {
         jobs.push(ChunkJob { first_slot, chunk, particles, sources });
         first_slot += count;
     }
-    jobs.into_par_iter()
-        .for_each_init(Scratch::default, |scratch, job| job.fill(frame, options, &order, scratch));
+    let context = Context { frame, options, order: &order, cells: &cells };
+    let of_chunks: Vec<Vec<StandIn>> =
+        jobs.into_par_iter().map_init(Scratch::default, |scratch, job| job.fill(&context, scratch)).collect();
 
     static SERIAL: AtomicU64 = AtomicU64::new(0);
     ChunkedSet {
         particles,
         attribute_order,
         bounds: chunks.iter().fold(Aabb::EMPTY, |bounds, chunk| bounds.union(chunk.bounds)),
+        stand_ins: by_page(&mut chunks, of_chunks, page_starts.len()),
         chunks,
         page_starts,
         serial: SERIAL.fetch_add(1, Ordering::Relaxed),
     }
+}
+
+/// The stand-ins of the chunks, one list per page, into which the chunks then point.
+fn by_page(chunks: &mut [Chunk], of_chunks: Vec<Vec<StandIn>>, pages: usize) -> Vec<Vec<StandIn>> {
+    let mut lists = vec![Vec::new(); pages];
+    for (chunk, stand_ins) in chunks.iter_mut().zip(of_chunks) {
+        let list: &mut Vec<StandIn> = &mut lists[chunk.page as usize];
+        for of_part in chunk.stand_ins.iter_mut().flatten() {
+            of_part.first += list.len() as u32;
+        }
+        list.extend(stand_ins);
+    }
+    lists
 }
 
 /// Chunks of the given ends, a new page where the next chunk does not fit; and the first slot of each page.
@@ -169,12 +207,24 @@ fn lay_out(cuts: &[usize], page_particles: usize) -> (Vec<Chunk>, Vec<usize>) {
                 first: first as u32,
                 count: (end - start) as u32,
                 isolated: 0,
+                shell: 0,
+                buried_bounds: Aabb::EMPTY,
+                outward: Vec3::ZERO,
+                stand_ins: Default::default(),
             };
             start = end;
             chunk
         })
         .collect();
     (chunks, page_starts)
+}
+
+/// What all chunks of a frame are made from.
+struct Context<'a> {
+    frame: &'a ParticleFrame,
+    options: &'a ChunkOptions,
+    order: &'a CellOrder,
+    cells: &'a Cells,
 }
 
 /// Sorts the particles of one chunk into their slots.
@@ -190,22 +240,51 @@ struct ChunkJob<'a> {
 struct Scratch {
     /// The chunk's particles along the curve.
     positions: Vec<[f32; 3]>,
-    /// What they are sorted by, most significant first: crowded (1 bit), hash (16 bits), place on the curve (32 bits).
+    parts: Vec<Part>,
+    /// What they are sorted by, most significant first: part (2 bits), hash (16 bits), place on the curve (32 bits).
     ranks: Vec<u64>,
+    gatherings: [Gathering; 2],
 }
 
 impl ChunkJob<'_> {
-    fn fill(self, frame: &ParticleFrame, options: &ChunkOptions, order: &CellOrder, scratch: &mut Scratch) {
-        let Scratch { positions, ranks } = scratch;
+    /// Fills the chunk and gives its stand-ins.
+    fn fill(self, context: &Context, scratch: &mut Scratch) -> Vec<StandIn> {
+        let Context { frame, options, order, cells } = *context;
+        let Scratch { positions, parts, ranks, gatherings } = scratch;
+        let slots = self.first_slot..self.first_slot + self.particles.len();
         let index = |local: usize| order.index(self.first_slot + local);
         // On their own, so that the cache misses of a frame in random order overlap.
         positions.clear();
         positions.extend((0..self.particles.len()).map(|local| frame.positions[index(local) as usize]));
+
+        parts.clear();
+        for (cell, locals) in cells.in_slots(slots.clone()) {
+            parts.resize(locals.end, if cell.is_buried { Part::Buried } else { Part::Shell });
+        }
+        cells.isolated_in(slots.clone()).for_each(|local| parts[local] = Part::Isolated);
+        self.chunk.buried_bounds = Aabb::of_points(
+            positions.iter().zip(&*parts).filter(|(_, part)| matches!(part, Part::Buried)).map(|(p, _)| p),
+        );
+        self.chunk.outward = outward(cells, slots.clone());
+
+        let origin = Vec3::from(positions[0]);
+        let spacing_world = f64::from(options.spacing_world);
+        for (cell, locals) in cells.in_slots(slots) {
+            let mut moments = Moments::default();
+            for local in locals.filter(|&local| !matches!(parts[local], Part::Isolated)) {
+                moments.add(Vec3::from(positions[local]) - origin);
+            }
+            gatherings[usize::from(cell.is_buried)].add_cell(cell.code, &moments, origin, spacing_world);
+        }
+        let mut stand_ins = Vec::new();
+        for (of_part, gathering) in self.chunk.stand_ins.iter_mut().zip(gatherings) {
+            *of_part = gathering.end(origin, spacing_world, &mut stand_ins);
+        }
+
         ranks.clear();
-        ranks.extend(positions.iter().map(|&p| Vec3::from(p)).enumerate().map(|(local, position)| {
-            let crowded = !order.is_isolated(self.first_slot + local, position, ISOLATED_BELOW);
-            let hash = options.identity.hash(frame.id(index(local) as usize), position);
-            u64::from(crowded) << 48 | u64::from(hash) << 32 | local as u64
+        ranks.extend(positions.iter().zip(&*parts).enumerate().map(|(local, (&position, &part))| {
+            let hash = options.identity.hash(frame.id(index(local) as usize), position.into());
+            (part as u64) << 48 | u64::from(hash) << 32 | local as u64
         }));
         ranks.sort_unstable();
         // Equal hashes by id, which does not depend on the order of the file.
@@ -219,7 +298,20 @@ impl ChunkJob<'_> {
             *particle = PackedParticle::new(positions[local], (rank >> 32) as u16);
             *source = index(local);
         }
-        self.chunk.isolated = ranks.partition_point(|rank| rank >> 48 == 0) as u32;
+        let before = |part: Part| ranks.partition_point(|rank| rank >> 48 < part as u64) as u32;
+        self.chunk.isolated = before(Part::Shell);
+        self.chunk.shell = before(Part::Buried) - self.chunk.isolated;
         self.chunk.bounds = Aabb::of_points(positions.iter());
+        stand_ins
     }
+}
+
+/// The mean direction in which the cells of `slots` are open, weighted by their particles.
+fn outward(cells: &Cells, slots: Range<usize>) -> Vec3 {
+    let (mut sum, mut total) = (Vec3::ZERO, 0.0);
+    for (cell, locals) in cells.in_slots(slots).filter(|(cell, _)| !cell.is_buried) {
+        sum += Vec3::from(cell.outward.map(f32::from)).normalize_or_zero() * locals.len() as f32;
+        total += locals.len() as f32;
+    }
+    sum / f32::max(total, 1.0)
 }

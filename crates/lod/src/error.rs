@@ -8,6 +8,19 @@ pub enum LodError {
         "level of detail threshold is {0}, expected a number from 0 (nothing) to 1 (everything); change --lod"
     )]
     Threshold(f32),
+    /// Another parameter is out of range.
+    #[error("lod.{name} is {found}, expected {expected}; change --param lod.{name}")]
+    Parameter {
+        /// Which one.
+        name: &'static str,
+        /// As given.
+        found: f32,
+        /// The range in words.
+        expected: &'static str,
+    },
+    /// The spacing is not a positive length.
+    #[error("particle spacing is {0}, expected a positive length in world units; change --spacing")]
+    Spacing(f32),
     /// The drawn radius is not a positive length.
     #[error("drawn radius is {0}, expected a positive length in world units; change --radius")]
     Radius(f32),

@@ -1,11 +1,12 @@
 //! Cells of a few spacings along a space-filling curve: the order that puts neighbours next to each other, and the grid that finds
 //! particles without neighbours.
 
-use glam::{UVec3, Vec3};
+use glam::{IVec3, UVec3, Vec3};
 use rayon::prelude::*;
 
-/// Edge of a cell in spacings.
-const CELL_SPACINGS: f32 = 2.0;
+/// Edge of a cell in spacings. Two and a half: a lattice whose spacing is up to a quarter off still has two particles of
+/// every row in every cell, so that a cell inside the fluid is never mistaken for one at its surface.
+const CELL_SPACINGS: f32 = 2.5;
 
 /// Positions looked at to place the grid.
 const SAMPLES: usize = 4096;
@@ -16,7 +17,7 @@ const ANCHOR_CELLS: f32 = 256.0;
 /// Cubic cells around the bulk of a particle set. What lies beyond the outermost cell counts as in it, so that one escaped
 /// particle does not coarsen the cells of all others.
 #[derive(Clone, Copy, Debug)]
-struct Grid {
+pub(crate) struct Grid {
     anchor: Vec3,
     edge: f32,
     bits: u32,
@@ -58,15 +59,32 @@ impl Grid {
         (position - self.anchor) / self.edge + (1u32 << self.bits) as f32 / 3.0
     }
 
+    /// Edge of a cell, world units.
+    pub(crate) fn edge_world(&self) -> f32 {
+        self.edge
+    }
+
+    /// The cell that a position lies in.
+    pub(crate) fn cell_of(&self, position: Vec3) -> UVec3 {
+        self.cell(self.in_cells(position))
+    }
+
+    /// Place on the curve of a block of `2^coarser` cells a side, `None` outside of the grid.
+    pub(crate) fn block_code(&self, block: IVec3, coarser: u32) -> Option<u64> {
+        let bits = self.bits - coarser;
+        let inside = block.cmpge(IVec3::ZERO).all() && block.max_element() < 1 << bits;
+        inside.then(|| hilbert(block.as_uvec3(), bits))
+    }
+
     fn cell(&self, in_cells: Vec3) -> UVec3 {
         let last = (1u32 << self.bits) - 1;
         // The casts saturate, far positions included.
         in_cells.floor().as_uvec3().min(UVec3::splat(last))
     }
 
-    /// The 2 x 2 x 2 cells whose common corner is nearest: they reach at least one, at most three spacings from the
-    /// position along each axis, two on average. Cells outside the grid are left out.
-    fn nearest_cells(&self, position: Vec3) -> impl Iterator<Item = UVec3> {
+    /// The 2 x 2 x 2 cells whose common corner is nearest, the position's own first: they reach at least 1.25, at most 3.75
+    /// spacings from the position along each axis, 2.5 on average. Cells outside the grid are left out.
+    pub(crate) fn nearest_cells(&self, position: Vec3) -> impl Iterator<Item = UVec3> {
         let at = self.in_cells(position);
         let own = self.cell(at);
         let side = at - at.floor();
@@ -137,10 +155,7 @@ impl CellOrder {
         let mut words: Vec<u64> = positions
             .par_iter()
             .enumerate()
-            .map(|(index, &p)| {
-                let cell = grid.cell(grid.in_cells(p.into()));
-                hilbert(cell, bits) << index_bits | index as u64
-            })
+            .map(|(index, &p)| hilbert(grid.cell_of(p.into()), bits) << index_bits | index as u64)
             .collect();
         words.par_sort_unstable();
         Self { grid, index_bits, words }
@@ -151,7 +166,18 @@ impl CellOrder {
         (self.words[slot] & ((1 << self.index_bits) - 1)) as u32
     }
 
-    fn cell_code(&self, slot: usize) -> u64 {
+    /// Number of particles.
+    pub(crate) fn len(&self) -> usize {
+        self.words.len()
+    }
+
+    /// The grid whose cells are ordered.
+    pub(crate) fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// Place on the curve of the cell of the particle at `slot`.
+    pub(crate) fn cell_code(&self, slot: usize) -> u64 {
         self.words[slot] >> self.index_bits
     }
 
@@ -175,29 +201,6 @@ impl CellOrder {
             start = end;
         }
         cuts
-    }
-
-    /// Whether fewer than `neighbours` other particles lie in the eight cells nearest to the particle at `slot`, whose
-    /// position is `position`. O(neighbours) in the bulk, O(log n) else.
-    pub(crate) fn is_isolated(&self, slot: usize, position: Vec3, neighbours: usize) -> bool {
-        let own = self.cell_code(slot);
-        let same = |slot: &usize| self.cell_code(*slot) == own;
-        let before = (0..slot).rev().take(neighbours).take_while(same).count();
-        let after = (slot + 1..self.words.len()).take(neighbours).take_while(same).count();
-        let mut others = before + after;
-        for cell in self.grid.nearest_cells(position).skip(1) {
-            if others >= neighbours {
-                break;
-            }
-            let code = hilbert(cell, self.grid.bits);
-            let first = self.words.partition_point(|&word| word >> self.index_bits < code);
-            others += self.words[first..]
-                .iter()
-                .take(neighbours)
-                .take_while(|&&word| word >> self.index_bits == code)
-                .count();
-        }
-        others < neighbours
     }
 }
 
@@ -225,11 +228,17 @@ mod tests {
     }
 
     #[test]
+    fn a_block_of_cells_is_a_run_of_the_curve() {
+        let cell = UVec3::new(1234, 77, 4031);
+        assert_eq!(hilbert(cell, 13) >> 9, hilbert(cell >> 3, 10));
+    }
+
+    #[test]
     fn cuts_are_within_half_and_the_whole_and_fall_on_the_largest_cell_border() {
         // 16 x 16 x 16 cells of one particle each, from the border of a block of 16: the origin lies in cell
         // 2^17 / 3 = 43690.67, and 43696 is divisible by 16.
         let positions: Vec<[f32; 3]> =
-            (0..4096).map(|i| [i & 15, i >> 4 & 15, i >> 8].map(|c| c as f32 * 2.0 + 12.0)).collect();
+            (0..4096).map(|i| [i & 15, i >> 4 & 15, i >> 8].map(|c| c as f32 * 2.5 + 15.0)).collect();
         let order = CellOrder::new(&positions, 1.0);
         // Cubes of 8^3 = 512 cells are the largest that fit.
         assert_eq!(order.cuts(600), (1..=8).map(|i| i * 512).collect::<Vec<_>>());
@@ -248,7 +257,7 @@ mod tests {
         let mut positions: Vec<[f32; 3]> =
             (0..1000).map(|i| [i % 10, i / 10 % 10, i / 100].map(|c| c as f32)).collect();
         let edge = CellOrder::new(&positions, 1.0).grid.edge;
-        assert_eq!(edge, 2.0);
+        assert_eq!(edge, CELL_SPACINGS);
         positions.push([1e30, -1e30, 0.0]);
         assert_eq!(CellOrder::new(&positions, 1.0).grid.edge, edge);
     }

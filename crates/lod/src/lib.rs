@@ -10,21 +10,28 @@
 //! A particle with 16-bit hash `h` is kept in a range of probability `keep / 65536` exactly when `h < keep`. What is kept
 //! at a threshold is therefore kept at every higher one, whatever moves.
 
+mod cells;
 pub mod chunks;
+pub mod cut;
+mod detail;
 mod error;
+mod governor;
 mod gpu_set;
 mod grid;
 mod hash;
 mod params;
 pub mod select;
 mod selector;
+mod stand_ins;
 mod view;
 pub mod weight;
 
 pub use chunks::{Chunk, ChunkOptions, ChunkedSet};
 pub use error::LodError;
-pub use gpu_set::GpuSet;
+pub use governor::{RateGovernor, Refinement};
+pub use gpu_set::{GpuPage, GpuSet};
 pub use hash::Identity;
-pub use params::{LodParams, Policy};
-pub use select::{ParticleCounts, Selection, select};
+pub use params::{LodParams, Mode, Policy};
+pub use select::{Fate, PageSelection, ParticleCounts, Selection, Viewpoint, explain, select};
 pub use selector::Selector;
+pub use stand_ins::{Coarseness, StandIns};

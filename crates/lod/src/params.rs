@@ -7,7 +7,8 @@ use crate::{Identity, LodError};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Policy {
-    /// Proportional to importance, scaled so that the threshold is the kept fraction; spray is spared.
+    /// Proportional to importance, scaled so that the threshold is the kept fraction; what can be seen goes before what is
+    /// buried, and spray is spared. The volume of what is left out is kept by stand-ins.
     #[default]
     Default,
     /// The source's own formula (`main-renderer.md` 3, \[T\] equations 3.1 and 3.2), taken at chunk centres: its level
@@ -29,29 +30,85 @@ impl Policy {
     }
 }
 
+/// What decides how much is drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Mode {
+    /// The kept fraction that the user gives.
+    #[default]
+    Threshold,
+    /// The errors that the user tolerates: as coarse as invisible.
+    ErrorBound,
+}
+
 /// What the user chooses.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct LodParams {
-    /// Fraction of the visible particles that is kept, 0..=1; 1 is the picture without level of detail, bit for bit.
+    /// What decides: the threshold or the error bound.
+    pub mode: Mode,
+    /// Fraction of the particles in view that is kept, 0..=1; 1 is the picture without level of detail, bit for bit.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub threshold: f32,
     /// How detail is spread over the picture.
     pub policy: Policy,
+    /// How far the surface may move, pixels, >= 0.
+    #[schemars(range(min = 0.0))]
+    pub error_px: f32,
+    /// How much the colour may change for what stand-ins do to the thickness, 0..=1 of the display's range. Also holds below
+    /// threshold 1.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub error_color: f32,
+    /// Distance from the eye along the view axis beyond which chunks are left out, world units, > 0; none: no limit.
+    pub far: Option<f32>,
 }
 
 impl Default for LodParams {
     fn default() -> Self {
-        Self { threshold: 1.0, policy: Policy::Default }
+        Self {
+            mode: Mode::Threshold,
+            threshold: 1.0,
+            policy: Policy::Default,
+            error_px: 0.5,
+            error_color: 1.0 / 255.0,
+            far: None,
+        }
     }
 }
 
 impl LodParams {
+    /// Whether every particle in view is drawn as it is.
+    pub fn is_full(&self) -> bool {
+        self.mode == Mode::Threshold && self.threshold >= 1.0
+    }
+
     /// Checks the ranges.
     ///
     /// # Errors
-    /// [`LodError::Threshold`].
+    /// [`LodError::Threshold`] or [`LodError::Parameter`].
     pub fn validate(&self) -> Result<(), LodError> {
-        if (0.0..=1.0).contains(&self.threshold) { Ok(()) } else { Err(LodError::Threshold(self.threshold)) }
+        if !(0.0..=1.0).contains(&self.threshold) {
+            return Err(LodError::Threshold(self.threshold));
+        }
+        if !(self.error_px >= 0.0 && self.error_px.is_finite()) {
+            return Err(LodError::Parameter {
+                name: "error_px",
+                found: self.error_px,
+                expected: "0 or more pixels",
+            });
+        }
+        if !(0.0..=1.0).contains(&self.error_color) {
+            return Err(LodError::Parameter {
+                name: "error_color",
+                found: self.error_color,
+                expected: "0 to 1",
+            });
+        }
+        match self.far {
+            Some(far) if far.is_nan() || far <= 0.0 => {
+                Err(LodError::Parameter { name: "far", found: far, expected: "a positive length" })
+            }
+            _ => Ok(()),
+        }
     }
 }

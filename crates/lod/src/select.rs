@@ -1,20 +1,32 @@
 //! Which particles of a set a picture needs.
 
-use meniscus_core::Camera;
-use meniscus_gpu::role::{KeptRange, PackedParticle};
+use meniscus_core::{Aabb, Camera};
+use meniscus_gpu::role::{KeptRange, Occludee, PackedParticle};
 use rayon::prelude::*;
 
+use crate::cut::{BURIED, Cut};
+use crate::detail::stand_ins_for;
+use crate::stand_ins::{Coarseness, StandIns};
 use crate::view::View;
 use crate::weight::MAX_GROWTH;
-use crate::{Chunk, ChunkedSet, LodError, LodParams, Policy};
+use crate::{Chunk, ChunkedSet, LodError, LodParams, Mode, Policy};
 
 /// Most particles of a kept range. One workgroup draws one range: 512 are two to eight rounds of a workgroup of 64 to 256
 /// lanes, enough to pay for its start, and a full set of 18 M still is 35,000 evenly sized pieces of work in 0.6 MB.
 pub const RANGE_PARTICLES: u32 = 512;
 
-/// Smallest keep probability other than none, in 1/65536: below it, the sixteen bits of the hash would bias the fade's
-/// mean weight by more than 0.3 % (see the bound in the tests of [`crate::weight`]).
-pub const MIN_KEEP: u32 = 16;
+/// What a selection is made for.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Viewpoint {
+    /// The camera.
+    pub camera: Camera,
+    /// `[width, height]` of the picture in pixels.
+    pub size_px: [u32; 2],
+    /// The largest radius at which any pass draws a particle of the set's own size, world units.
+    pub radius_world: f32,
+    /// Distance of neighbouring particles, world units.
+    pub spacing_world: f32,
+}
 
 /// Particle numbers of one set.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -27,92 +39,199 @@ pub struct ParticleCounts {
     pub chunks: u64,
     /// Chunks outside the view.
     pub chunks_culled: u64,
+    /// Of the kept, those that are only drawn where nothing hides them.
+    pub tested: u64,
+    /// Stand-ins in the thickness.
+    pub stand_ins: u64,
+}
+
+impl std::ops::AddAssign for ParticleCounts {
+    fn add_assign(&mut self, other: Self) {
+        self.input += other.input;
+        self.kept += other.kept;
+        self.chunks += other.chunks;
+        self.chunks_culled += other.chunks_culled;
+        self.tested += other.tested;
+        self.stand_ins += other.stand_ins;
+    }
+}
+
+/// What is drawn of one page.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PageSelection {
+    /// What the surface is drawn from first, near chunks first; each at most [`RANGE_PARTICLES`] long, as all that follow.
+    pub front: Vec<KeptRange>,
+    /// What is drawn after that, where `front` does not hide it.
+    pub occludees: Vec<Occludee>,
+    /// Particles that count in the thickness.
+    pub mass: Vec<KeptRange>,
+    /// Stand-ins that count in the thickness for the others.
+    pub stand_ins: Vec<KeptRange>,
+}
+
+impl PageSelection {
+    /// All ranges that the surface is drawn from.
+    pub fn surface(&self) -> impl Iterator<Item = &KeptRange> {
+        self.front.iter().chain(self.occludees.iter().map(|occludee| &occludee.range))
+    }
 }
 
 /// What is drawn.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Selection {
-    /// Kept ranges of each page of the set, near chunks first; each at most [`RANGE_PARTICLES`] long.
-    pub ranges: Vec<Vec<KeptRange>>,
+    /// Of each page of the set.
+    pub pages: Vec<PageSelection>,
     /// Particles and chunks in and kept.
     pub counts: ParticleCounts,
     /// Particles of the chunks that are in view: what `counts.kept` is a fraction of.
     pub visible: u64,
+    /// Smallest keep probability, in 1/65536, of what is drawn first and larger than a pixel.
+    pub least_keep: u32,
+    /// Whether that is all, also of shells that face away. Buried particles, which only show through cracks, do not count.
+    pub is_uniform_surface: bool,
+    /// Whether all particles that count in the thickness count as themselves.
+    pub is_uniform_mass: bool,
 }
 
 /// A chunk in view.
-struct Candidate<'a> {
-    chunk: &'a Chunk,
+pub(crate) struct Candidate<'a> {
+    pub(crate) chunk: &'a Chunk,
     /// View distance of its nearest point, world units.
     nearest: f32,
-    importance: f64,
+    pub(crate) importance: f64,
+    /// Importance of its shell in that: 1 where it may face the eye, that of buried particles where it faces away.
+    pub(crate) shell: f64,
     /// Keep probability below which its isolated particles must not fall.
-    spared: f64,
+    pub(crate) spared: f64,
 }
 
-/// Chooses the particles of `set` for a picture of `size_px` = `[width, height]` pixels. `radius_world` is the largest
-/// radius, in world units, at which any pass draws a particle of the set's own size. Deterministic for any number of threads.
+/// Chooses the particles of `set` for a picture. Deterministic for any number of threads.
 ///
-/// Chunks outside the frustum or before the near plane are left out. Under [`Policy::Default`] a chunk in view is kept
+/// Chunks outside the frustum, before the near plane or beyond the far distance are left out. Under [`Policy::Default`] a chunk in view is kept
 /// with probability `p = min(1, s w)`: the importance `w` is the source's peripheral fall-off times the projected diameter
-/// of a particle, and the scale `s` is found by bisection so that the kept fraction of the particles of all chunks in view
-/// is the threshold (within the spread of their hashes). Isolated particles are spared while larger than a pixel, half a
-/// pixel being none; they are paid for out of the same budget, of which they cannot take more than half from the others.
+/// of a particle, down to a tenth of that for what is buried or faces away, and the scale `s` is found by bisection so that the kept fraction of the
+/// particles of all chunks in view is the threshold (within the spread of their hashes). Isolated particles are spared while
+/// larger than a pixel, half a pixel being none; they are paid for out of the same budget, of which they cannot take more
+/// than half from the others. Under [`Mode::ErrorBound`] only particles closer together than the tolerated error are thinned.
+///
+/// The surface is drawn from the shells that face the eye first. What faces away or is buried is drawn where those do not
+/// hide it, so that the picture is the same with far less work. In the thickness, stand-ins take the place of particles where
+/// the tolerated errors allow, but not at full detail.
 ///
 /// # Errors
 /// [`LodError`] where an argument is out of range.
-pub fn select(
-    set: &ChunkedSet,
-    camera: &Camera,
-    size_px: [u32; 2],
-    radius_world: f32,
-    params: &LodParams,
-) -> Result<Selection, LodError> {
-    validate(camera, size_px, radius_world, params)?;
-    let view = View::new(camera, size_px);
-    let mut candidates: Vec<Candidate> = set
-        .chunks
-        .par_iter()
-        // Under every threshold as if grown in full, so that the chunks in view do not depend on the threshold.
-        .filter(|chunk| view.sees(&chunk.bounds, radius_world * MAX_GROWTH))
-        .map(|chunk| Candidate::new(chunk, &view, radius_world, params.policy))
-        .collect();
+pub fn select(set: &ChunkedSet, viewpoint: &Viewpoint, params: &LodParams) -> Result<Selection, LodError> {
+    validate(viewpoint, params)?;
+    let view = View::new(&viewpoint.camera, viewpoint.size_px);
+    let mut candidates = candidates(set, &view, viewpoint, params);
     let cut = Cut::solve(&candidates, params);
     // Stable: equal distances stay in the order of the chunks.
     candidates.par_sort_by(|a, b| a.nearest.total_cmp(&b.nearest));
-    let prefixes: Vec<[Prefix; 2]> =
-        candidates.par_iter().map(|candidate| prefixes(set, candidate, &cut)).collect();
+    let chooser = Chooser { set, view, viewpoint, params, cut };
+    let choices: Vec<Choice> = candidates.par_iter().map(|candidate| chooser.choose(candidate)).collect();
 
     let mut selection = Selection {
-        ranges: vec![Vec::new(); set.pages().len()],
-        counts: ParticleCounts {
-            input: set.particles.len() as u64,
-            kept: prefixes.iter().flatten().map(|prefix| u64::from(prefix.count)).sum(),
-            chunks: set.chunks.len() as u64,
-            chunks_culled: (set.chunks.len() - candidates.len()) as u64,
-        },
+        pages: vec![PageSelection::default(); set.pages().len()],
         visible: candidates.iter().map(|candidate| u64::from(candidate.chunk.count)).sum(),
+        least_keep: choices.iter().map(|choice| choice.least_keep).min().unwrap_or(KeptRange::KEEP_ALL),
+        is_uniform_surface: choices.iter().all(|choice| choice.is_uniform_surface),
+        is_uniform_mass: choices.iter().all(|choice| choice.is_uniform_mass),
+        ..Default::default()
     };
-    for (candidate, prefixes) in candidates.iter().zip(prefixes) {
-        let ranges = &mut selection.ranges[candidate.chunk.page as usize];
-        prefixes.into_iter().for_each(|prefix| prefix.split_into(ranges));
+    for (candidate, choice) in candidates.iter().zip(&choices) {
+        choice.append_to(&mut selection.pages[candidate.chunk.page as usize]);
     }
+    for page in &mut selection.pages {
+        page.stand_ins = joined(std::mem::take(&mut page.stand_ins));
+    }
+    let particles = |ranges: &mut dyn Iterator<Item = &KeptRange>| ranges.map(|r| u64::from(r.count)).sum();
+    let pages = || selection.pages.iter();
+    selection.counts = ParticleCounts {
+        input: set.particles.len() as u64,
+        kept: particles(&mut pages().flat_map(PageSelection::surface)),
+        chunks: set.chunks.len() as u64,
+        chunks_culled: (set.chunks.len() - candidates.len()) as u64,
+        tested: particles(&mut pages().flat_map(|page| page.occludees.iter().map(|o| &o.range))),
+        stand_ins: particles(&mut pages().flat_map(|page| &page.stand_ins)),
+    };
     Ok(selection)
 }
 
-fn validate(
-    camera: &Camera,
-    size_px: [u32; 2],
-    radius_world: f32,
+/// What became of a chunk, for debug views.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fate {
+    /// Outside of the picture's sides.
+    Outside,
+    /// Before the near plane.
+    TooNear,
+    /// Beyond the far distance.
+    TooFar,
+    /// In view.
+    Selected {
+        /// Particles that the surface may be drawn from.
+        kept: u32,
+        /// Whether all of them are drawn only where nothing hides them.
+        tested: bool,
+        /// What stands for shell and buried particles in the thickness; `None`: themselves.
+        stand_ins: [Option<Coarseness>; 2],
+    },
+}
+
+/// What becomes of every chunk of `set` in [`select`], in their order.
+///
+/// # Errors
+/// As [`select`].
+pub fn explain(set: &ChunkedSet, viewpoint: &Viewpoint, params: &LodParams) -> Result<Vec<Fate>, LodError> {
+    validate(viewpoint, params)?;
+    let view = View::new(&viewpoint.camera, viewpoint.size_px);
+    let candidates = candidates(set, &view, viewpoint, params);
+    let cut = Cut::solve(&candidates, params);
+    let chooser = Chooser { set, view, viewpoint, params, cut };
+    let mut selected = candidates.iter().peekable();
+    let fate = |chunk: &Chunk| match selected.next_if(|candidate| std::ptr::eq(candidate.chunk, chunk)) {
+        Some(candidate) => chooser.choose(candidate).fate(chunk),
+        None => {
+            let nearest = chooser.view.nearest(&chunk.bounds);
+            let farthest = nearest + chunk.bounds.extent().dot(chooser.view.forward().abs());
+            let reach = viewpoint.radius_world * MAX_GROWTH;
+            match params.far {
+                Some(far) if nearest > far => Fate::TooFar,
+                _ if farthest + reach < viewpoint.camera.near => Fate::TooNear,
+                _ => Fate::Outside,
+            }
+        }
+    };
+    Ok(set.chunks.iter().map(fate).collect())
+}
+
+/// The chunks in view, in their order.
+fn candidates<'a>(
+    set: &'a ChunkedSet,
+    view: &View,
+    viewpoint: &Viewpoint,
     params: &LodParams,
-) -> Result<(), LodError> {
+) -> Vec<Candidate<'a>> {
+    set.chunks
+        .par_iter()
+        // Under every threshold as if grown in full, so that the chunks in view do not depend on the threshold.
+        .filter(|chunk| view.sees(&chunk.bounds, viewpoint.radius_world * MAX_GROWTH))
+        .filter(|chunk| params.far.is_none_or(|far| view.nearest(&chunk.bounds) <= far))
+        .map(|chunk| Candidate::new(chunk, view, viewpoint.radius_world, params.policy))
+        .collect()
+}
+
+fn validate(viewpoint: &Viewpoint, params: &LodParams) -> Result<(), LodError> {
     params.validate()?;
-    camera.validate()?;
-    if size_px.contains(&0) {
-        return Err(LodError::EmptyPicture(size_px));
+    viewpoint.camera.validate()?;
+    if viewpoint.size_px.contains(&0) {
+        return Err(LodError::EmptyPicture(viewpoint.size_px));
     }
-    if !(radius_world > 0.0 && radius_world.is_finite()) {
-        return Err(LodError::Radius(radius_world));
+    let is_length = |length: f32| length > 0.0 && length.is_finite();
+    if !is_length(viewpoint.radius_world) {
+        return Err(LodError::Radius(viewpoint.radius_world));
+    }
+    if !is_length(viewpoint.spacing_world) {
+        return Err(LodError::Spacing(viewpoint.spacing_world));
     }
     Ok(())
 }
@@ -131,100 +250,209 @@ impl<'a> Candidate<'a> {
         };
         // Positive and finite, so that the bisection has a bracket whatever the scene's unit.
         let importance = f64::from(view.fall_off(center) * size).clamp(1e-30, 1e30);
-        Self { chunk, nearest, importance, spared: f64::from(spared) }
+        let away = f64::from(-chunk.outward.dot(view.towards_eye(center)));
+        let shell = match policy {
+            Policy::Default => (1.0 - 2.0 * away).clamp(BURIED, 1.0),
+            Policy::Thesis => 1.0,
+        };
+        Self { chunk, nearest, importance, shell, spared: f64::from(spared) }
     }
 }
 
-/// How importance becomes a keep probability; rises with the threshold for every importance.
-enum Cut {
-    /// Threshold 1, to the last particle.
-    All,
-    /// Threshold 0.
-    None,
-    /// `min(1, scale * importance)`.
-    Scale(f64),
-    /// `1 - cut / importance`, where positive.
-    Level(f64),
-}
-
-impl Cut {
-    fn solve(candidates: &[Candidate], params: &LodParams) -> Self {
-        let threshold = f64::from(params.threshold);
-        match params.policy {
-            _ if params.threshold >= 1.0 => Self::All,
-            _ if params.threshold <= 0.0 || candidates.is_empty() => Self::None,
-            Policy::Default => Self::Scale(solve_scale(candidates, threshold)),
-            Policy::Thesis => {
-                let (sum, count) = candidates.iter().fold((0.0, 0.0), |(sum, count), c| {
-                    let n = f64::from(c.chunk.count);
-                    (sum + n * c.importance, count + n)
-                });
-                // l / (1 + l) >= 1 - t with l = r w / CLOD, solved for the random number r.
-                Self::Level(sum / count * (1.0 - threshold) / threshold)
-            }
-        }
-    }
-
-    fn probability(&self, importance: f64) -> f64 {
-        match self {
-            Self::All => 1.0,
-            Self::None => 0.0,
-            Self::Scale(scale) => (scale * importance).min(1.0),
-            Self::Level(cut) => (1.0 - cut / importance).max(0.0),
-        }
-    }
-
-    /// The keep probability in 1/65536; 0 keeps none.
-    fn keep(&self, importance: f64, at_least: f64) -> u32 {
-        let p = self.probability(importance).max(at_least);
-        if p == 0.0 { 0 } else { ((p * 65536.0).round() as u32).clamp(MIN_KEEP, KeptRange::KEEP_ALL) }
-    }
-}
-
-/// The scale at which the expected number of kept particles is `threshold` times all, isolated ones counted with what is
-/// spared of them, but the others still are kept for half the threshold.
-fn solve_scale(candidates: &[Candidate], threshold: f64) -> f64 {
-    let total: f64 = candidates.iter().map(|c| f64::from(c.chunk.count)).sum();
-    let kept = |scale: f64| {
-        let (kept, unspared) = candidates.iter().fold((0.0, 0.0), |(kept, unspared), c| {
-            let p = (scale * c.importance).min(1.0);
-            let (all, isolated) = (f64::from(c.chunk.count), f64::from(c.chunk.isolated));
-            (kept + all * p + isolated * (c.spared - p).max(0.0), unspared + all * p)
-        });
-        f64::min(kept, 2.0 * unspared)
-    };
-    let (least, most) = candidates
-        .iter()
-        .fold((f64::INFINITY, 0.0f64), |(least, most), c| (least.min(c.importance), most.max(c.importance)));
-    // At the low end no p is above half the threshold, at the high end every p is 1. Sixty halvings of the logarithm of
-    // their ratio leave less than the distance of two neighbouring f32 thresholds, so that higher ones keep more.
-    let (mut low, mut high) = (0.5 * threshold / most, 1.0 / least);
-    for _ in 0..60 {
-        let middle = (low * high).sqrt();
-        if kept(middle) < threshold * total { low = middle } else { high = middle }
-    }
-    high
-}
-
-/// The first particles of a chunk or of its rest, kept with one probability.
+/// The first `count` particles of a part of a chunk from `first` on, all with one keep probability.
+#[derive(Clone, Copy, Default)]
 struct Prefix {
     first: u32,
     count: u32,
     keep: u32,
 }
 
-/// What is kept of a chunk's isolated particles and of the others; all of them in one where all are.
-fn prefixes(set: &ChunkedSet, candidate: &Candidate, cut: &Cut) -> [Prefix; 2] {
-    let chunk = candidate.chunk;
-    let keep = cut.keep(candidate.importance, 0.0);
-    let spared = if keep == KeptRange::KEEP_ALL { 0 } else { chunk.isolated };
-    let (isolated, others) = set.particles_of(chunk).split_at(spared as usize);
-    let prefix = |first, particles, keep| Prefix { first, count: kept_prefix(particles, keep), keep };
-    [
-        prefix(chunk.first, isolated, cut.keep(candidate.importance, candidate.spared)),
-        prefix(chunk.first + spared, others, keep),
-    ]
+impl Prefix {
+    /// The prefix in as few pieces as allowed, their lengths at most one apart.
+    fn pieces(self) -> impl Iterator<Item = KeptRange> {
+        let pieces = self.count.div_ceil(RANGE_PARTICLES);
+        let border = move |piece: u32| (u64::from(self.count) * u64::from(piece) / u64::from(pieces)) as u32;
+        (0..pieces).map(move |piece| KeptRange {
+            first: self.first + border(piece),
+            count: border(piece + 1) - border(piece),
+            keep: self.keep,
+            flags: 0,
+        })
+    }
 }
+
+/// Of a part of a chunk: what of it the surface is drawn from, and what stands for it in the thickness.
+#[derive(Clone, Copy, Default)]
+struct PartChoice {
+    surface: Prefix,
+    /// Where it shows, if it is to be tested.
+    tested: Option<Occludee>,
+    mass: Prefix,
+    stand_ins: StandIns,
+}
+
+/// What is drawn of a chunk: isolated particles, shell, buried ones.
+struct Choice {
+    parts: [PartChoice; 3],
+    least_keep: u32,
+    is_uniform_surface: bool,
+    is_uniform_mass: bool,
+}
+
+impl Choice {
+    fn fate(&self, chunk: &Chunk) -> Fate {
+        let drawn = || self.parts.iter().filter(|part| part.surface.count > 0);
+        let coarseness = |part: usize| {
+            let taken = self.parts[part + 1].stand_ins;
+            let is_taken = |coarseness: &Coarseness| chunk.stand_ins[part][*coarseness as usize] == taken;
+            Coarseness::ALL.into_iter().find(is_taken).filter(|_| taken.count > 0)
+        };
+        Fate::Selected {
+            kept: drawn().map(|part| part.surface.count).sum(),
+            tested: drawn().all(|part| part.tested.is_some()),
+            stand_ins: [coarseness(0), coarseness(1)],
+        }
+    }
+
+    fn append_to(&self, page: &mut PageSelection) {
+        for part in &self.parts {
+            match part.tested {
+                None => page.front.extend(part.surface.pieces()),
+                Some(shows) => {
+                    page.occludees.extend(part.surface.pieces().map(|range| Occludee { range, ..shows }));
+                }
+            }
+            page.mass.extend(part.mass.pieces());
+            if part.stand_ins.count > 0 {
+                let StandIns { first, count } = part.stand_ins;
+                page.stand_ins.push(KeptRange { first, count, keep: KeptRange::KEEP_ALL, flags: 0 });
+            }
+        }
+    }
+}
+
+/// Runs that touch joined into longer ones: a chunk has a handful of stand-ins, too few for a workgroup.
+fn joined(mut ranges: Vec<KeptRange>) -> Vec<KeptRange> {
+    ranges.sort_unstable_by_key(|range| range.first);
+    let mut joined: Vec<KeptRange> = Vec::new();
+    for range in ranges {
+        match joined.last_mut() {
+            Some(last)
+                if last.first + last.count == range.first && last.count + range.count <= RANGE_PARTICLES =>
+            {
+                last.count += range.count;
+            }
+            _ => joined.push(range),
+        }
+    }
+    joined
+}
+
+/// What decides about the chunks.
+struct Chooser<'a> {
+    set: &'a ChunkedSet,
+    view: View,
+    viewpoint: &'a Viewpoint,
+    params: &'a LodParams,
+    cut: Cut,
+}
+
+impl Chooser<'_> {
+    fn choose(&self, candidate: &Candidate) -> Choice {
+        let chunk = candidate.chunk;
+        let particles = self.set.particles_of(chunk);
+        let spacing_px = self.viewpoint.spacing_world * self.view.px_per_world(candidate.nearest);
+        let ends = [0, chunk.isolated, chunk.isolated + chunk.shell, chunk.count];
+        let keeps = self.keeps(candidate, spacing_px);
+        let parts: [PartChoice; 3] = std::array::from_fn(|part| {
+            let (first, end) = (ends[part], ends[part + 1]);
+            if first == end {
+                return PartChoice::default();
+            }
+            let of_part = &particles[first as usize..end as usize];
+            let keep = keeps[part];
+            let surface = Prefix { first: chunk.first + first, count: kept_prefix(of_part, keep), keep };
+            let all = Prefix { first: chunk.first + first, count: end - first, keep: KeptRange::KEEP_ALL };
+            let (mass, stand_ins) = match part.checked_sub(1) {
+                Some(_) if self.cut.keeps_none() => (Prefix::default(), StandIns::default()),
+                Some(part) if self.params.policy == Policy::Default => {
+                    match stand_ins_for(&chunk.stand_ins[part], part == 1, spacing_px, self.params) {
+                        Some(stand_ins) => (Prefix::default(), stand_ins),
+                        None => (all, StandIns::default()),
+                    }
+                }
+                _ => (surface, StandIns::default()),
+            };
+            PartChoice { surface, tested: self.tested(chunk, part, keep), mass, stand_ins }
+        });
+        let is_small = self.grown_radius_px(candidate) < POINT_HALF_PX;
+        let least = |prefixes: &mut dyn Iterator<Item = Prefix>| {
+            let drawn = prefixes.filter(|prefix| prefix.count > 0);
+            drawn.map(|prefix| prefix.keep).min().unwrap_or(KeptRange::KEEP_ALL)
+        };
+        let front = || parts.iter().filter(|part| part.tested.is_none());
+        let (front, open, mass) = (
+            least(&mut front().map(|part| part.surface)),
+            least(&mut parts[..2].iter().map(|part| part.surface)),
+            least(&mut parts.iter().map(|part| part.mass)),
+        );
+        Choice {
+            least_keep: if is_small { KeptRange::KEEP_ALL } else { front },
+            is_uniform_surface: is_small || open == KeptRange::KEEP_ALL,
+            is_uniform_mass: mass == KeptRange::KEEP_ALL,
+            parts,
+        }
+    }
+
+    /// Keep probability of each part in 1/65536.
+    fn keeps(&self, candidate: &Candidate, spacing_px: f32) -> [u32; 3] {
+        if self.params.mode == Mode::ErrorBound {
+            // The kept ones of a shell are about as far apart as the tolerated error.
+            let p = f64::from(spacing_px / self.params.error_px.max(f32::MIN_POSITIVE)).min(1.0);
+            return [Cut::integer(p * p); 3];
+        }
+        let keep = |factor: f64, at_least: f64| self.cut.keep(candidate.importance * factor, at_least);
+        let buried = if self.params.policy == Policy::Default { BURIED } else { 1.0 };
+        [keep(1.0, candidate.spared), keep(candidate.shell, 0.0), keep(buried, 0.0)]
+    }
+
+    fn grown_radius_px(&self, candidate: &Candidate) -> f32 {
+        0.5 * self.view.diameter_px(self.viewpoint.radius_world, candidate.nearest) * MAX_GROWTH
+    }
+
+    /// Where a part shows, if something may hide it: `None` for what is drawn first.
+    fn tested(&self, chunk: &Chunk, part: usize, keep: u32) -> Option<Occludee> {
+        let bounds: &Aabb = match part {
+            0 => return None,
+            1 if self.may_face_eye(chunk) => return None,
+            1 => &chunk.bounds,
+            _ => &chunk.buried_bounds,
+        };
+        let growth = if keep == KeptRange::KEEP_ALL { 1.0 } else { MAX_GROWTH };
+        let silhouette = self.view.silhouette(bounds, self.viewpoint.radius_world * growth)?;
+        let packed = |tile: [u32; 2]| tile[0] | tile[1] << 16;
+        Some(Occludee {
+            range: KeptRange { first: 0, count: 0, keep: 0, flags: 0 },
+            front: silhouette.front,
+            first_tile: packed(silhouette.first_tile),
+            last_tile: packed(silhouette.last_tile),
+            pad: 0,
+        })
+    }
+
+    fn may_face_eye(&self, chunk: &Chunk) -> bool {
+        let coherence = chunk.outward.length();
+        let facing = chunk.outward.dot(self.view.towards_eye(chunk.bounds.center()));
+        coherence < FACING_COHERENCE || facing > FACING_AWAY * coherence
+    }
+}
+
+/// Below this mean length of the directions that a chunk's shell faces, it faces several ways, and may be in front.
+const FACING_COHERENCE: f32 = 0.3;
+/// From this cosine on, shells that face away are not among those that are drawn first.
+const FACING_AWAY: f32 = -0.2;
+/// Half a pixel's diagonal: smaller splats are drawn as one pixel whatever their radius (`shaders/ssfr/splat.inc.wgsl`).
+const POINT_HALF_PX: f32 = 0.71;
 
 /// How many particles, sorted by hash, have a hash below `keep`.
 fn kept_prefix(particles: &[PackedParticle], keep: u32) -> u32 {
@@ -232,18 +460,4 @@ fn kept_prefix(particles: &[PackedParticle], keep: u32) -> u32 {
         return particles.len() as u32;
     }
     particles.partition_point(|particle| u32::from(particle.hash()) < keep) as u32
-}
-
-impl Prefix {
-    /// Appends the prefix in as few pieces as allowed, their lengths at most one apart.
-    fn split_into(self, ranges: &mut Vec<KeptRange>) {
-        let pieces = self.count.div_ceil(RANGE_PARTICLES);
-        let border = |piece: u32| (u64::from(self.count) * u64::from(piece) / u64::from(pieces)) as u32;
-        ranges.extend((0..pieces).map(|piece| KeptRange {
-            first: self.first + border(piece),
-            count: border(piece + 1) - border(piece),
-            keep: self.keep,
-            flags: 0,
-        }));
-    }
 }

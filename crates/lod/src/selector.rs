@@ -1,14 +1,10 @@
-use meniscus_core::Camera;
-
-use crate::{ChunkedSet, LodError, LodParams, Selection, select};
+use crate::{ChunkedSet, LodError, LodParams, Selection, Viewpoint, select};
 
 /// What a selection depends on.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Inputs {
     set: u64,
-    camera: Camera,
-    size_px: [u32; 2],
-    radius_world: f32,
+    viewpoint: Viewpoint,
     params: LodParams,
 }
 
@@ -28,16 +24,14 @@ impl Selector {
     pub fn update(
         &mut self,
         set: &ChunkedSet,
-        camera: &Camera,
-        size_px: [u32; 2],
-        radius_world: f32,
+        viewpoint: &Viewpoint,
         params: &LodParams,
     ) -> Result<bool, LodError> {
-        let inputs = Inputs { set: set.serial(), camera: *camera, size_px, radius_world, params: *params };
+        let inputs = Inputs { set: set.serial(), viewpoint: *viewpoint, params: *params };
         if self.inputs == Some(inputs) {
             return Ok(false);
         }
-        self.selection = select(set, camera, size_px, radius_world, params)?;
+        self.selection = select(set, viewpoint, params)?;
         self.inputs = Some(inputs);
         Ok(true)
     }

@@ -1,7 +1,8 @@
 //! A camera as chunks see it.
 
-use glam::{Mat4, Vec3};
+use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera};
+use meniscus_gpu::role::Occludee;
 
 /// How far the source's peripheral fall-off goes, and where it stops (\[T\] equation 3.1).
 const FALL_OFF: f32 = 0.7;
@@ -13,6 +14,15 @@ pub(crate) struct View {
     view_from_world: Mat4,
     forward: Vec3,
     planes: [(Vec3, f32); 5],
+}
+
+/// The part of the picture that a group of particles can show in.
+pub(crate) struct Silhouette {
+    /// Distance that none of them comes nearer than.
+    pub(crate) front: f32,
+    /// First and last tile, column and row.
+    pub(crate) first_tile: [u32; 2],
+    pub(crate) last_tile: [u32; 2],
 }
 
 impl View {
@@ -46,9 +56,58 @@ impl View {
         self.forward.dot(bounds.center() - self.camera.eye) - reach
     }
 
+    /// Where spheres of this radius around points of the box can show, `None` where one of them reaches before the near
+    /// plane. Never too small.
+    pub(crate) fn silhouette(&self, centers: &Aabb, radius_world: f32) -> Option<Silhouette> {
+        // A cube holds the sphere, so that the inflated box holds all spheres; in front of the eye its projection is inside
+        // that of its corners.
+        let corners = centers
+            .inflated(radius_world)
+            .corners()
+            .map(|corner| self.view_from_world.transform_point3(corner));
+        // As many ulps of the largest term as the transforms here and in the shader may be off.
+        let scale = centers.center().abs().max_element() + self.camera.eye.abs().max_element();
+        let slack = 8e-6 * (scale + centers.extent().length());
+        let front = corners.iter().map(|corner| -corner.z).fold(f32::INFINITY, f32::min) - slack;
+        if front.is_nan() || front <= self.camera.near {
+            return None;
+        }
+        let half = self.camera.half_extent(self.size_px);
+        let size = Vec2::new(self.size_px[0] as f32, self.size_px[1] as f32);
+        let to_px = |corner: &Vec3| {
+            let distance = if self.camera.is_orthographic() { 1.0 } else { -corner.z };
+            (corner.truncate() / (half * distance) * Vec2::new(0.5, -0.5) + 0.5) * size
+        };
+        let first = corners.iter().map(to_px).fold(Vec2::INFINITY, Vec2::min);
+        let last = corners.iter().map(to_px).fold(Vec2::NEG_INFINITY, Vec2::max);
+        // Two pixels around, for the splats that are drawn as a point, and what rounding may move. The casts saturate.
+        let margin = 2.0 + slack * self.px_per_world(front);
+        let tile = |px: Vec2| (px.clamp(Vec2::ZERO, size - 1.0) / Occludee::TILE_PX as f32).as_uvec2().into();
+        Some(Silhouette { front, first_tile: tile(first - margin), last_tile: tile(last + margin) })
+    }
+
+    /// Unit view direction, world.
+    pub(crate) fn forward(&self) -> Vec3 {
+        self.forward
+    }
+
+    /// Direction from a point towards the eye, unit length.
+    pub(crate) fn towards_eye(&self, point: Vec3) -> Vec3 {
+        if self.camera.is_orthographic() {
+            -self.forward
+        } else {
+            (self.camera.eye - point).normalize_or_zero()
+        }
+    }
+
+    /// Pixels per world unit at this view distance, or at the near plane where that is farther.
+    pub(crate) fn px_per_world(&self, distance: f32) -> f32 {
+        self.camera.px_per_world(self.size_px, distance.max(self.camera.near))
+    }
+
     /// Diameter in pixels of a sphere at this view distance, or at the near plane where that is farther.
     pub(crate) fn diameter_px(&self, radius_world: f32, distance: f32) -> f32 {
-        2.0 * radius_world * self.camera.px_per_world(self.size_px, distance.max(self.camera.near))
+        2.0 * radius_world * self.px_per_world(distance)
     }
 
     /// View distance of a point, at least the near distance; world units.

@@ -5,7 +5,11 @@ use meniscus_gpu::role::KeptRange;
 /// Fraction of the keep probability over which particles fade in (`main-renderer.md` 3.3).
 pub const RAMP: f32 = 0.2;
 
-/// Thinned splats grow by `p^(-1/3)` to close holes (`algorithms.md` 2.3), at most to this factor.
+/// Keep probability below which splats grow, by `(p / GROWS_BELOW)^(-1/3)`, to close holes (`algorithms.md` 2.3). The shell of
+/// the fluid is two layers and more: half of it still covers what is behind.
+pub const GROWS_BELOW: f32 = 0.5;
+
+/// Most that splats grow by.
 pub const MAX_GROWTH: f32 = 2.0;
 
 /// What level of detail makes of one kept particle.
@@ -33,14 +37,14 @@ pub fn kept(packed: u32, keep: u32) -> Option<Kept> {
     let ramp = (RAMP * p).min(1.0 - p);
     let fade = ((p - u) / ramp).clamp(0.0, 1.0);
     let mean_fade = 1.0 - 0.5 * ramp / p;
-    let growth = p.powf(-1.0 / 3.0).min(MAX_GROWTH);
+    let growth = (p / GROWS_BELOW).powf(-1.0 / 3.0).clamp(1.0, MAX_GROWTH);
     Some(Kept { weight: fade / (mean_fade * p), radius: growth * fade.cbrt() })
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::select::MIN_KEEP;
+    use crate::cut::MIN_KEEP;
 
     #[test]
     fn the_mean_weight_over_all_hashes_is_one() {
@@ -62,8 +66,8 @@ mod tests {
             assert_eq!(kept(keep, keep), None);
         }
         let almost = kept(30_000, KeptRange::KEEP_ALL - 1).unwrap();
-        // p = 1 - 1/65536: the weight is 1/p, the growth p^(-1/3).
-        assert!((almost.weight - 1.0).abs() < 3e-5 && (almost.radius - 1.0).abs() < 1e-5, "{almost:?}");
+        // p = 1 - 1/65536: the weight is 1/p.
+        assert!((almost.weight - 1.0).abs() < 3e-5 && almost.radius == 1.0, "{almost:?}");
         assert_eq!(kept(65_535, KeptRange::KEEP_ALL), Some(Kept { weight: 1.0, radius: 1.0 }));
     }
 }

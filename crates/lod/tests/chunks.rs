@@ -4,10 +4,42 @@
 mod common;
 
 use common::{center, chunked, pool};
-use glam::Vec3;
+use glam::{DVec3, Vec3};
 use meniscus_core::{Aabb, ParticleFrame};
+use meniscus_gpu::role::{PackedParticle, StandIn};
 use meniscus_lod::{ChunkOptions, ChunkedSet, Identity, chunks};
 use proptest::prelude::*;
+
+/// Stand-ins have the volume, the centre of mass and the second moments of what they stand for.
+fn assert_conserved(particles: &[PackedParticle], stand_ins: &[StandIn], spacing: f32) {
+    let half = |bits: u32| f64::from(half::f16::from_bits(bits as u16));
+    let volume: f64 = stand_ins.iter().map(|s| half(s.packed & 0xffff)).sum();
+    // Whole numbers up to 2048 are exact in half precision, and chunks are smaller.
+    assert_eq!(volume, particles.len() as f64);
+    let moments = |of: &mut dyn Iterator<Item = (DVec3, f64, f64)>| {
+        of.fold((DVec3::ZERO, 0.0), |(sum, squares), (center, volume, own)| {
+            (sum + center * volume, squares + volume * (center.length_squared() + own))
+        })
+    };
+    let origin = center(&particles[0]).as_dvec3();
+    // A sphere's own second moment is 3/5 of its squared radius; particles are counted with the default radius of 0.625
+    // spacings, stand-ins without what they are widened by (0.715 / 0.645).
+    let (sum, squares) = moments(
+        &mut particles
+            .iter()
+            .map(|p| (center(p).as_dvec3() - origin, 1.0, 0.6 * (0.625 * f64::from(spacing)).powi(2))),
+    );
+    let (sum_of, squares_of) = moments(&mut stand_ins.iter().map(|s| {
+        let radius = half(s.packed >> 16) * f64::from(spacing) * 0.645 / 0.715;
+        let center = Vec3::from(s.center_world).as_dvec3() - origin;
+        (center, half(s.packed & 0xffff), 0.6 * radius * radius)
+    }));
+    let n = particles.len() as f64;
+    let size = (squares / n).sqrt() + origin.length() * 1e-3;
+    // Centres are rounded to f32, radii to half precision, 2^-11 relative, which counts twice in their squares.
+    assert!((sum - sum_of).length() / n < 1e-5 * size, "{sum} {sum_of}");
+    assert!((squares - squares_of).abs() / n < 2e-3 * size * size, "{squares} {squares_of}");
+}
 
 /// What must hold of any set.
 fn assert_sound(frame: &ParticleFrame, options: &ChunkOptions, set: &ChunkedSet) {
@@ -37,8 +69,18 @@ fn assert_sound(frame: &ParticleFrame, options: &ChunkOptions, set: &ChunkedSet)
         assert!(!particles.is_empty() && particles.len() <= options.chunk_particles);
         assert_eq!(chunk.bounds, Aabb::of_points(particles.iter().map(|p| &p.position_world)));
         let (isolated, others) = particles.split_at(chunk.isolated as usize);
-        for part in [isolated, others] {
+        let (shell, buried) = others.split_at(chunk.shell as usize);
+        for part in [isolated, shell, buried] {
             assert!(part.is_sorted_by_key(|p| p.hash()));
+        }
+        assert_eq!(chunk.buried_bounds, Aabb::of_points(buried.iter().map(|p| &p.position_world)));
+        // One rounding of each of up to a few thousand directions of length 1.
+        assert!(chunk.outward.length() <= 1.0 + 1e-4);
+        for (part, levels) in [shell, buried].into_iter().zip(&chunk.stand_ins) {
+            for stand_ins in levels.iter().filter(|stand_ins| stand_ins.count > 0) {
+                let spheres = &set.stand_ins[chunk.page as usize][std::ops::Range::from(*stand_ins)];
+                assert_conserved(part, spheres, options.spacing_world);
+            }
         }
     }
     assert_eq!(slot, frame.len());
@@ -53,8 +95,8 @@ fn a_pool_with_spray_is_cut_into_compact_chunks() {
     assert!(set.pages().len() > 6);
     let in_pool = |chunk: &&meniscus_lod::Chunk| chunk.bounds.max.z < 41.0;
     for chunk in set.chunks.iter().filter(in_pool) {
-        // At most 2048 particles of spacing 1, a cube of 12.7; along the curve, two and a half of them in a row.
-        assert!(chunk.bounds.extent().max_element() < 32.0, "{chunk:?}");
+        // At most 512 particles of spacing 1, a cube of 8; along the curve, two and a half of them in a row.
+        assert!(chunk.bounds.extent().max_element() < 20.0, "{chunk:?}");
     }
     let volume: f32 = set.chunks.iter().filter(in_pool).map(|c| c.bounds.extent().element_product()).sum();
     // The boxes overlap little: together at most twice the pool.
@@ -70,7 +112,7 @@ fn spray_is_isolated_and_the_pool_is_not() {
     let (in_air, in_pool): (Vec<_>, Vec<_>) =
         set.chunks.iter().flat_map(isolated).map(|p| center(&p)).partition(|p| p.z > side[2] as f32);
     assert_eq!(in_air.len(), spray);
-    // A corner has seven neighbours about it, of which the cells may miss some; two spacings are the cells' reach.
+    // A corner has seven neighbours about it, of which the cells may miss some; the cells reach that far at least.
     let at_corner = |p: &Vec3| p.to_array().iter().all(|&c| (c - 14.5).abs() > 12.5);
     assert!(in_pool.iter().all(at_corner), "{in_pool:?}");
 }
@@ -126,7 +168,7 @@ fn a_chunk_does_not_depend_on_the_order_of_the_file() {
         ..Default::default()
     };
     // All in one cell, within which the curve has the order of the file.
-    let options = ChunkOptions::new(1 << 20, 100.0);
+    let options = ChunkOptions { chunk_particles: 4096, ..ChunkOptions::new(1 << 20, 100.0) };
     let [set, other] = [&ParticleFrame { ids, ..frame }, &reversed].map(|f| chunks::build(f, &options));
     assert_eq!(set.chunks.len(), 1);
     let equal_hashes = set.particles.windows(2).filter(|pair| pair[0].hash() == pair[1].hash()).count();

@@ -5,14 +5,15 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::{cameras, center, chunked, kept_slots, pool, random};
+use common::{cameras, center, chunked, kept_slots, pool, random, viewpoint};
 use glam::Vec3;
 use meniscus_core::{Camera, CameraError, ParticleFrame, Projection};
 use meniscus_gpu::role::KeptRange;
 use meniscus_lod::select::RANGE_PARTICLES;
 use meniscus_lod::weight::kept;
 use meniscus_lod::{
-    ChunkOptions, ChunkedSet, Identity, LodError, LodParams, Policy, Selection, Selector, chunks, select,
+    ChunkOptions, ChunkedSet, Identity, LodError, LodParams, Mode, PageSelection, Policy, Selection,
+    Selector, Viewpoint, chunks, select,
 };
 use proptest::prelude::*;
 
@@ -24,8 +25,17 @@ fn at(threshold: f32) -> LodParams {
     LodParams { threshold, ..Default::default() }
 }
 
+fn seen_by(camera: &Camera) -> Viewpoint {
+    viewpoint(camera, SIZE, RADIUS)
+}
+
 fn choose(set: &ChunkedSet, camera: &Camera, params: &LodParams) -> Selection {
-    select(set, camera, SIZE, RADIUS, params).unwrap()
+    select(set, &seen_by(camera), params).unwrap()
+}
+
+/// All ranges that the surface is drawn from.
+fn surface(selection: &Selection) -> impl Iterator<Item = &KeptRange> {
+    selection.pages.iter().flat_map(PageSelection::surface)
 }
 
 /// Views of a 64^3 pool: from outside, and from inside along the surface with most of it out of the picture.
@@ -60,7 +70,7 @@ fn what_is_kept_stays_kept_under_higher_thresholds() {
                 std::iter::successors(Some(0.37f32), |t| Some(t.next_up())).take(4).collect();
             for threshold in [&[0.0, 1e-6, 0.01, 0.2], close.as_slice(), &[0.5, 0.8, 0.999, 1.0]].concat() {
                 let now: HashMap<usize, u32> =
-                    kept_slots(&set, &choose(&set, &camera, &LodParams { threshold, policy }))
+                    kept_slots(&set, &choose(&set, &camera, &LodParams { policy, ..at(threshold) }))
                         .into_iter()
                         .collect();
                 for (slot, keep) in &before {
@@ -78,9 +88,9 @@ fn full_detail_keeps_every_particle_of_the_chunks_in_view_as_it_is() {
     let set = chunked(&pool([40, 40, 20], 40));
     for policy in POLICIES {
         for camera in views() {
-            let selection = choose(&set, &camera, &LodParams { threshold: 1.0, policy });
+            let selection = choose(&set, &camera, &LodParams { policy, ..at(1.0) });
             assert_eq!(selection.counts.kept, selection.visible);
-            assert!(selection.ranges.iter().flatten().all(|range| range.keep == KeptRange::KEEP_ALL));
+            assert!(surface(&selection).all(|range| range.keep == KeptRange::KEEP_ALL));
             let mut slots: Vec<usize> = kept_slots(&set, &selection).iter().map(|k| k.0).collect();
             slots.sort_unstable();
             slots.dedup();
@@ -99,7 +109,9 @@ fn a_kept_prefix_is_the_predicate() {
         for chunk in &set.chunks {
             let first = set.page_slots(chunk.page as usize).start + chunk.first as usize;
             let (isolated, all) = (chunk.isolated as usize, chunk.count as usize);
-            for part in [first..first + isolated, first + isolated..first + all] {
+            let buried = isolated + chunk.shell as usize;
+            for part in [0..isolated, isolated..buried, buried..all] {
+                let part = first + part.start..first + part.end;
                 let Some(&keep) = part.clone().find_map(|slot| keep_of.get(&slot)) else { continue };
                 for slot in part {
                     let inside = u32::from(set.particles[slot].hash()) < keep;
@@ -111,22 +123,71 @@ fn a_kept_prefix_is_the_predicate() {
     }
 }
 
+/// Volume that counts in the thickness, in particles.
+fn volume(set: &ChunkedSet, selection: &Selection) -> f64 {
+    let mut volume = 0.0;
+    for (page, of_page) in selection.pages.iter().enumerate() {
+        let particles = &set.particles[set.page_slots(page)];
+        for range in &of_page.mass {
+            let slots = range.first as usize..(range.first + range.count) as usize;
+            let kept = particles[slots].iter().filter_map(|p| kept(p.packed, range.keep));
+            volume += kept.map(|kept| f64::from(kept.weight)).sum::<f64>();
+        }
+        for range in &of_page.stand_ins {
+            let spheres = &set.stand_ins[page][range.first as usize..(range.first + range.count) as usize];
+            volume += spheres.iter().map(|s| half::f16::from_bits(s.packed as u16).to_f64()).sum::<f64>();
+        }
+    }
+    volume
+}
+
 #[test]
-fn the_weights_of_the_kept_stand_for_all() {
+fn the_volume_is_that_of_all_whatever_is_kept() {
+    let set = chunked(&pool([64, 64, 32], 0));
+    assert!(set.chunks.iter().all(|chunk| chunk.isolated == 0), "those would count by their weights");
+    for camera in views() {
+        for threshold in [1e-6, 0.1, 0.3, 0.6, 0.95, 1.0] {
+            let selection = choose(&set, &camera, &at(threshold));
+            assert_eq!(volume(&set, &selection), selection.visible as f64, "{threshold}");
+            assert_eq!(selection.counts.stand_ins > 0, threshold < 1.0, "full detail has none");
+        }
+        for (error_px, error_color) in [(0.0, 0.0), (0.5, 0.004), (4.0, 0.1), (1e6, 1.0)] {
+            let bound = LodParams { mode: Mode::ErrorBound, error_px, error_color, ..at(1.0) };
+            let selection = choose(&set, &camera, &bound);
+            assert_eq!(volume(&set, &selection), selection.visible as f64, "{bound:?}");
+        }
+    }
+}
+
+#[test]
+fn larger_errors_give_fewer_and_coarser() {
+    let set = chunked(&pool([64, 64, 32], 0));
+    let camera = views()[0];
+    let mut before = [u64::MAX; 2];
+    for error_px in [0.0, 0.2, 0.5, 2.0, 8.0, 64.0] {
+        let bound = LodParams { mode: Mode::ErrorBound, error_px, error_color: 0.0, ..at(1.0) };
+        let selection = choose(&set, &camera, &bound);
+        let drawn = selection.pages.iter().flat_map(|page| page.mass.iter().chain(&page.stand_ins));
+        let now = [selection.counts.kept, drawn.map(|range| u64::from(range.count)).sum()];
+        assert!(now[0] <= before[0] && now[1] <= before[1], "{error_px}: {now:?} after {before:?}");
+        before = now;
+    }
+    let visible = choose(&set, &camera, &at(1.0)).visible;
+    assert!(before[0] < visible / 100 && before[1] < visible / 100, "{before:?} of {visible}");
+}
+
+#[test]
+fn the_thesis_weighs_what_it_keeps() {
     let frame = pool([64, 64, 32], 0);
     for seed in 0..4u64 {
         let ids = (0..frame.len() as u64).map(|i| i + (seed << 40)).collect();
         let set = chunked(&ParticleFrame { ids, ..frame.clone() });
         for camera in views() {
-            for threshold in [0.1, 0.3, 0.6, 0.95] {
-                let selection = choose(&set, &camera, &at(threshold));
+            for threshold in [0.7, 0.95] {
+                let selection = choose(&set, &camera, &LodParams { policy: Policy::Thesis, ..at(threshold) });
                 let slots = kept_slots(&set, &selection);
-                let sum: f64 = slots
-                    .iter()
-                    .filter_map(|&(slot, keep)| kept(set.particles[slot].packed, keep))
-                    .map(|kept| f64::from(kept.weight))
-                    .sum();
-                let n = selection.visible as f64;
+                // What it leaves out in whole has no weight: the kept stand for the chunks that keep any.
+                let n: f64 = slots.iter().map(|&(_, keep)| 65536.0 / f64::from(keep)).sum();
                 // A weight is 1/p on p of the hashes but for the ramp, which makes its mean square 1.07/p
                 // ((1 - 2/3 0.2) / (1 - 0.2/2)^2). The variance of the sum, estimated from the kept, each of which
                 // stands for 1/p; five deviations.
@@ -136,11 +197,26 @@ fn the_weights_of_the_kept_stand_for_all() {
                     .map(|p| (1.07 / p - 1.0) / p)
                     .sum();
                 let bound = 5.0 * variance.sqrt();
+                let sum = volume(&set, &selection);
                 assert!((sum - n).abs() < bound, "{threshold}: {sum} for {n} +- {bound}");
                 assert!(bound < 0.2 * n, "the bound must be worth something: {bound} of {n}");
             }
         }
     }
+}
+
+#[test]
+fn nothing_beyond_the_far_distance_is_drawn() {
+    let set = chunked(&pool([64, 64, 32], 0));
+    let camera = views()[0];
+    let all = choose(&set, &camera, &at(1.0));
+    let half = choose(&set, &camera, &LodParams { far: Some(110.0), ..at(1.0) });
+    assert!(half.visible > 0 && half.visible < all.visible, "{} of {}", half.visible, all.visible);
+    let beyond =
+        |&(slot, _): &(usize, u32)| (center(&set.particles[slot]) - camera.eye).dot(camera.forward());
+    // A chunk of 512 at spacing 1 is at most twenty across.
+    assert!(kept_slots(&set, &half).iter().map(beyond).all(|distance| distance < 130.0));
+    assert_eq!(choose(&set, &camera, &LodParams { far: Some(1e-3), ..at(1.0) }).visible, 0);
 }
 
 #[test]
@@ -170,7 +246,7 @@ fn spray_is_spared_while_larger_than_a_pixel_and_starves_nobody() {
     let far = Camera { eye: Vec3::new(-4000.0, 0.0, 0.0), target: Vec3::ZERO, ..near };
     let selection = choose(&set, &far, &at(0.05));
     assert_eq!(selection.counts.chunks_culled, 0);
-    assert!(selection.ranges.iter().flatten().all(|range| range.keep < 8000));
+    assert!(surface(&selection).all(|range| range.keep < 8000));
     assert_eq!(choose(&set, &far, &at(0.0)).counts.kept, 0);
 }
 
@@ -179,8 +255,8 @@ fn near_and_central_chunks_keep_more() {
     let set = chunked(&pool([128, 32, 16], 0));
     for policy in POLICIES {
         let camera = cameras(Vec3::new(-20.0, 16.0, 20.0), Vec3::new(60.0, 16.0, 8.0))[0];
-        let selection = choose(&set, &camera, &LodParams { threshold: 0.4, policy });
-        let ranges = &selection.ranges[0];
+        let selection = choose(&set, &camera, &LodParams { policy, ..at(0.4) });
+        let ranges = &selection.pages[0].front;
         let depth = |r: &KeptRange| {
             let slots = r.first as usize..(r.first + r.count) as usize;
             let sum: Vec3 = set.particles[slots].iter().map(center).sum();
@@ -211,7 +287,7 @@ fn the_thesis_policy_keeps_levels_above_one_minus_the_threshold() {
     assert_eq!(identity, Identity::Position);
     let set = chunks::build(&frame, &ChunkOptions { identity, ..ChunkOptions::new(1 << 20, 1.0) });
     let camera = cameras(Vec3::new(-30.0, 16.0, 40.0), Vec3::new(32.0, 16.0, 8.0))[0];
-    let full = choose(&set, &camera, &LodParams { threshold: 1.0, policy: Policy::Thesis });
+    let full = choose(&set, &camera, &LodParams { policy: Policy::Thesis, ..at(1.0) });
     assert_eq!(full.counts.chunks_culled, 0, "the mean below is over all chunks");
     let importance = |center: Vec3| {
         let v = camera.view_from_world().transform_point3(center);
@@ -223,7 +299,7 @@ fn the_thesis_policy_keeps_levels_above_one_minus_the_threshold() {
     let clod = set.chunks.iter().map(|c| importance(c.bounds.center()) * f64::from(c.count)).sum::<f64>()
         / frame.len() as f64;
     let threshold = 0.6f32;
-    let selection = choose(&set, &camera, &LodParams { threshold, policy: Policy::Thesis });
+    let selection = choose(&set, &camera, &LodParams { policy: Policy::Thesis, ..at(threshold) });
     let keep_of: HashMap<usize, u32> = kept_slots(&set, &selection).into_iter().collect();
     let mut compared = 0;
     for chunk in &set.chunks {
@@ -250,9 +326,9 @@ fn ranges_are_short_and_even() {
     let set = chunked(&pool([40, 40, 20], 0));
     for threshold in [0.3, 1.0] {
         let selection = choose(&set, &views()[0], &at(threshold));
-        let total: u64 = selection.ranges.iter().flatten().map(|r| u64::from(r.count)).sum();
+        let total: u64 = surface(&selection).map(|r| u64::from(r.count)).sum();
         assert_eq!(total, selection.counts.kept);
-        for range in selection.ranges.iter().flatten() {
+        for range in surface(&selection) {
             assert!((1..=RANGE_PARTICLES).contains(&range.count) && range.flags == 0);
             assert!((1..=KeptRange::KEEP_ALL).contains(&range.keep));
         }
@@ -294,7 +370,7 @@ fn degenerate_sets_and_views_give_what_is_there() {
         for policy in POLICIES {
             for camera in &views()[..2] {
                 for threshold in [0.0, f32::MIN_POSITIVE, 0.3, 1.0] {
-                    let params = LodParams { threshold, policy };
+                    let params = LodParams { policy, ..at(threshold) };
                     let selection = choose(&set, camera, &params);
                     assert_eq!(selection.visible, frame.len() as u64);
                     let hidden = choose(&set, &behind(camera), &params);
@@ -317,16 +393,27 @@ fn nonsense_is_refused_in_words() {
     let camera = views()[0];
     for threshold in [f32::NAN, -0.1, 1.1, f32::INFINITY] {
         assert!(matches!(at(threshold).validate(), Err(LodError::Threshold(_))), "{threshold}");
-        assert!(select(&set, &camera, SIZE, RADIUS, &at(threshold)).is_err());
+        assert!(select(&set, &seen_by(&camera), &at(threshold)).is_err());
+    }
+    for bound in [
+        LodParams { error_px: f32::NAN, ..at(1.0) },
+        LodParams { error_px: -1.0, ..at(1.0) },
+        LodParams { error_color: 1.5, ..at(1.0) },
+        LodParams { far: Some(f32::NAN), ..at(1.0) },
+        LodParams { far: Some(0.0), ..at(1.0) },
+    ] {
+        assert!(matches!(bound.validate(), Err(LodError::Parameter { .. })), "{bound:?}");
+        assert!(select(&set, &seen_by(&camera), &bound).is_err());
     }
     let lost = Camera { eye: Vec3::NAN, ..camera };
-    assert_eq!(
-        select(&set, &lost, SIZE, RADIUS, &at(0.5)),
-        Err(LodError::Camera(CameraError::NotFinite("eye")))
-    );
-    assert_eq!(select(&set, &camera, [640, 0], RADIUS, &at(0.5)), Err(LodError::EmptyPicture([640, 0])));
+    assert_eq!(select(&set, &seen_by(&lost), &at(0.5)), Err(LodError::Camera(CameraError::NotFinite("eye"))));
+    let empty = Viewpoint { size_px: [640, 0], ..seen_by(&camera) };
+    assert_eq!(select(&set, &empty, &at(0.5)), Err(LodError::EmptyPicture([640, 0])));
     for radius in [0.0, -1.0, f32::NAN, f32::INFINITY] {
-        assert!(matches!(select(&set, &camera, SIZE, radius, &at(0.5)), Err(LodError::Radius(_))));
+        let viewpoint = Viewpoint { radius_world: radius, ..seen_by(&camera) };
+        assert!(matches!(select(&set, &viewpoint, &at(0.5)), Err(LodError::Radius(_))));
+        let viewpoint = Viewpoint { spacing_world: radius, ..seen_by(&camera) };
+        assert!(matches!(select(&set, &viewpoint, &at(0.5)), Err(LodError::Spacing(_))));
     }
 }
 
@@ -334,26 +421,30 @@ fn nonsense_is_refused_in_words() {
 fn a_selection_is_made_again_only_when_something_has_changed() {
     let frame = pool([20, 20, 20], 4);
     let (set, same_again) = (chunked(&frame), chunked(&frame));
-    let camera = views()[0];
+    let view = seen_by(&views()[0]);
     let mut selector = Selector::default();
-    assert!(selector.update(&set, &camera, SIZE, RADIUS, &at(0.5)).unwrap());
+    assert!(selector.update(&set, &view, &at(0.5)).unwrap());
     let first = selector.selection().clone();
-    assert_eq!(first, choose(&set, &camera, &at(0.5)));
-    assert!(!selector.update(&set, &camera, SIZE, RADIUS, &at(0.5)).unwrap());
+    assert_eq!(first, select(&set, &view, &at(0.5)).unwrap());
+    assert!(!selector.update(&set, &view, &at(0.5)).unwrap());
     assert_eq!(*selector.selection(), first);
 
-    let turned = Camera { eye: camera.eye + 1.0, ..camera };
+    let turned = seen_by(&Camera { eye: view.camera.eye + 1.0, ..view.camera });
+    let smaller = Viewpoint { size_px: [320, 200], ..turned };
+    let fatter = Viewpoint { radius_world: 0.7, ..smaller };
+    let wider = Viewpoint { spacing_world: 1.1, ..fatter };
     let thesis = LodParams { policy: Policy::Thesis, ..at(0.4) };
-    assert!(selector.update(&set, &turned, SIZE, RADIUS, &at(0.5)).unwrap(), "camera");
-    assert!(selector.update(&set, &turned, [320, 200], RADIUS, &at(0.5)).unwrap(), "size");
-    assert!(selector.update(&set, &turned, [320, 200], 0.7, &at(0.5)).unwrap(), "radius");
-    assert!(selector.update(&set, &turned, [320, 200], 0.7, &at(0.4)).unwrap(), "threshold");
-    assert!(selector.update(&set, &turned, [320, 200], 0.7, &thesis).unwrap(), "policy");
-    assert!(selector.update(&same_again, &turned, [320, 200], 0.7, &thesis).unwrap(), "data");
-    assert!(!selector.update(&same_again, &turned, [320, 200], 0.7, &thesis).unwrap());
+    assert!(selector.update(&set, &turned, &at(0.5)).unwrap(), "camera");
+    assert!(selector.update(&set, &smaller, &at(0.5)).unwrap(), "size");
+    assert!(selector.update(&set, &fatter, &at(0.5)).unwrap(), "radius");
+    assert!(selector.update(&set, &wider, &at(0.5)).unwrap(), "spacing");
+    assert!(selector.update(&set, &wider, &at(0.4)).unwrap(), "threshold");
+    assert!(selector.update(&set, &wider, &thesis).unwrap(), "policy");
+    assert!(selector.update(&same_again, &wider, &thesis).unwrap(), "data");
+    assert!(!selector.update(&same_again, &wider, &thesis).unwrap());
 
     let before = selector.selection().clone();
-    assert!(selector.update(&set, &turned, [0, 0], 0.7, &thesis).is_err());
+    assert!(selector.update(&set, &Viewpoint { size_px: [0, 0], ..wider }, &thesis).is_err());
     assert_eq!(*selector.selection(), before);
 }
 
@@ -390,8 +481,9 @@ proptest! {
         prop_assume!(camera.validate().is_ok());
         let size = [width, height];
         // All of the chunks in view are kept at 1, and the same chunks are in view below.
-        let full = select(&set, &camera, size, RADIUS, &at(1.0)).unwrap();
-        let thinned = select(&set, &camera, size, RADIUS, &at(threshold)).unwrap();
+        let view = viewpoint(&camera, size, RADIUS);
+        let full = select(&set, &view, &at(1.0)).unwrap();
+        let thinned = select(&set, &view, &at(threshold)).unwrap();
         prop_assert_eq!(thinned.visible, full.visible);
         let mut drawn = vec![false; set.particles.len()];
         kept_slots(&set, &full).iter().for_each(|k| drawn[k.0] = true);

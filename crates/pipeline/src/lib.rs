@@ -8,7 +8,9 @@
 
 mod counters;
 mod error;
+mod identity;
 mod images;
+mod lod_view;
 mod measure;
 mod opaque_sets;
 mod prepare;
@@ -18,6 +20,8 @@ mod settings;
 mod world;
 
 pub use error::PipelineError;
+pub use lod_view::LodView;
+pub use meniscus_lod::{LodParams, Mode as LodMode, Policy as LodPolicy, RateGovernor, Refinement};
 pub use meniscus_shading::ShadingError;
 pub use meniscus_ssfr::SsfrError;
 pub use prepare::{PreparedFrame, PreparedSet, Preparer};

@@ -23,6 +23,8 @@ pub struct PreparedSet {
     pub name: String,
     /// How it is drawn.
     pub look: Look,
+    /// Whether the file names its particles; else they are told apart by their index in it.
+    pub has_ids: bool,
     /// Its particles in chunks.
     pub chunked: ChunkedSet,
 }
@@ -56,6 +58,7 @@ impl Preparer {
             .map(|set| PreparedSet {
                 name: set.name,
                 look: set.look,
+                has_ids: !set.particles.ids.is_empty(),
                 chunked: chunks::build(&set.particles, &options),
             })
             .collect();

@@ -1,15 +1,18 @@
 use std::time::Instant;
 
 use meniscus_compositor::Compositor;
-use meniscus_core::{Camera, Flaw, FrameReport, Look, StageCost, WorkCounters};
-use meniscus_gpu::role::PackedParticle;
+use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
+use meniscus_gpu::role::{KeptRange, PackedParticle};
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Timing};
-use meniscus_lod::{GpuSet, ParticleCounts, Selector};
+use meniscus_lod::weight::GROWS_BELOW;
+use meniscus_lod::{GpuPage, GpuSet, LodParams, ParticleCounts, Selection, Selector, Viewpoint, explain};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
-use meniscus_ssfr::{SplatInput, SplatSet, Ssfr, SurfaceImages};
+use meniscus_ssfr::{Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
 
 use crate::counters;
+use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
+use crate::lod_view::{Canvas, LodView};
 use crate::opaque_sets::OpaqueSets;
 use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, World};
 
@@ -47,6 +50,9 @@ pub struct Renderer {
     sets: Vec<DrawnSet>,
     counts: ParticleCounts,
     counting: bool,
+    identities: IdentityWatch,
+    /// Set once particles were found to change places.
+    unstable: Flaws,
 }
 
 impl Renderer {
@@ -71,6 +77,8 @@ impl Renderer {
             sets: Vec::new(),
             counts: ParticleCounts::default(),
             counting: false,
+            identities: IdentityWatch::default(),
+            unstable: Flaws::default(),
             gpu,
             registry,
             settings,
@@ -101,6 +109,17 @@ impl Renderer {
         }
     }
 
+    /// Changes the level of detail of the following frames. Another policy than that of [`Self::new`] needs frames prepared
+    /// for it ([`Self::preparer`]).
+    ///
+    /// # Errors
+    /// A parameter out of range; the level of detail then stays as it was.
+    pub fn set_lod(&mut self, params: LodParams) -> Result<(), PipelineError> {
+        params.validate()?;
+        self.settings.lod = params;
+        Ok(())
+    }
+
     /// How the following frames are timed.
     pub fn set_timing(&mut self, timing: Timing) {
         self.recorder.set_timing(timing);
@@ -126,6 +145,7 @@ impl Renderer {
     ) -> Result<Picture, PipelineError> {
         self.draw_and_wait(frame, world, camera, size)?;
         let mut flaws = frame.flaws.clone();
+        flaws.merge(&self.unstable);
         if let Some(reason) = self.why_nothing_is_visible()? {
             flaws.add(Flaw::NothingVisible { reason: reason.to_owned() });
         }
@@ -134,6 +154,33 @@ impl Renderer {
         let counters = self.counters(frame)?;
         let report = FrameReport { frame: frame.index, time: frame.time, counters, stages, flaws };
         Ok(Picture { pixels, report })
+    }
+
+    /// Paints over `picture`, which was just drawn of `frame`, what level of detail decided.
+    ///
+    /// # Errors
+    /// The GPU's.
+    pub fn paint_lod(
+        &self,
+        picture: &mut Picture,
+        view: LodView,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+    ) -> Result<(), PipelineError> {
+        let surface = self.surface_images();
+        let viewpoint = viewpoint(world, camera, surface.size());
+        let mut chunks = Vec::new();
+        for set in &frame.sets {
+            let fates = explain(&set.chunked, &viewpoint, &self.settings.lod)?;
+            chunks.extend(set.chunked.chunks.iter().zip(fates));
+        }
+        // Smoothing moves the surface by about a spacing, a grown splat reaches two radii.
+        let reach = viewpoint.spacing_world + 2.0 * viewpoint.radius_world;
+        let distance = surface.distance.read(&self.gpu)?;
+        let mut canvas = Canvas { pixels: &mut picture.pixels, size: surface.size(), camera };
+        canvas.paint(view, &chunks, &distance, reach, world.space().up);
+        Ok(())
     }
 
     /// Draws `frame` and waits for the GPU; the picture stays there.
@@ -167,6 +214,7 @@ impl Renderer {
     pub fn counters(&self, frame: &PreparedFrame) -> Result<WorkCounters, PipelineError> {
         let mut counters = counters::of_host(frame, self.counts, &self.gpu.work(), self.gpu.memory());
         if self.counting {
+            counters.particles_hidden = Some(self.counts.tested - self.visible_particles()?);
             counters.covered_pixels = Some(self.surface_images().covered_pixels(&self.gpu)?.into());
             for (name, sum) in self.recorder.tallies(&self.gpu)? {
                 // A pass of somebody's own may count what no report has.
@@ -218,6 +266,16 @@ impl Renderer {
         Ok(f64::from(surface.covered_pixels(&self.gpu)?) / (f64::from(width) * f64::from(height)))
     }
 
+    /// Of the particles that were tested, those in ranges that were not hidden; waits for the GPU.
+    fn visible_particles(&self) -> Result<u64, PipelineError> {
+        let pages = self.sets.iter().flat_map(|set| set.gpu.pages());
+        let mut visible = 0;
+        for page in pages.filter(|page| !page.occludees.is_empty()) {
+            visible += page.visible.read(&self.gpu)?.iter().map(|range| u64::from(range.count)).sum::<u64>();
+        }
+        Ok(visible)
+    }
+
     /// `None` where the last picture shows particles.
     fn why_nothing_is_visible(&self) -> Result<Option<&'static str>, PipelineError> {
         let counts = self.counts;
@@ -254,6 +312,12 @@ impl Renderer {
         if self.geometry.is_none() {
             self.geometry = Some(SceneGeometry::new(&self.gpu, world.scene())?);
         }
+        if !self.settings.lod.is_full() {
+            let flaw = self.identities.observe(frame, world.space().spacing as f32);
+            if let (Some(flaw), true) = (flaw, self.unstable.is_empty()) {
+                self.unstable.add(flaw);
+            }
+        }
         self.select(frame, world, camera, size)?;
         self.fit_opaque(size)?;
 
@@ -272,7 +336,7 @@ impl Renderer {
         let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(splat_inputs).collect();
         let splats = |look: Look| -> Vec<SplatSet> {
             let of_look = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
-            of_look.map(|(_, pages)| splat_set(pages, world, &self.settings)).collect()
+            of_look.map(|(set, pages)| splat_set(pages, world, set.selector.selection())).collect()
         };
         for look in OPAQUE_LOOKS {
             let sets = splats(look);
@@ -362,18 +426,14 @@ impl Renderer {
         self.sets.truncate(frame.sets.len());
         self.sets.resize_with(frame.sets.len(), DrawnSet::new);
         self.counts = ParticleCounts::default();
+        let viewpoint = viewpoint(world, camera, size);
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
             drawn.look = set.look;
             drawn.gpu.upload(&self.gpu, &set.chunked)?;
-            let radius = world.space().radius as f32;
-            if drawn.selector.update(&set.chunked, camera, size, radius, &self.settings.lod)? {
+            if drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)? {
                 drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
             }
-            let counts = drawn.selector.selection().counts;
-            self.counts.input += counts.input;
-            self.counts.kept += counts.kept;
-            self.counts.chunks += counts.chunks;
-            self.counts.chunks_culled += counts.chunks_culled;
+            self.counts += drawn.selector.selection().counts;
         }
         Ok(())
     }
@@ -388,15 +448,42 @@ impl DrawnSet {
     }
 }
 
-fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, settings: &Settings) -> SplatSet<'a> {
+fn viewpoint(world: &World, camera: &Camera, size_px: [u32; 2]) -> Viewpoint {
+    Viewpoint {
+        camera: *camera,
+        size_px,
+        radius_world: world.space().radius as f32,
+        spacing_world: world.space().spacing as f32,
+    }
+}
+
+fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, selection: &Selection) -> SplatSet<'a> {
     SplatSet {
         pages,
         radius_world: world.space().radius as f32,
         volume_world: (world.space().spacing as f32).powi(3),
-        uniform_radius: settings.lod.threshold >= 1.0,
+        radii: if selection.is_uniform_surface {
+            Radii::Equal
+        } else if selection.least_keep as f32 >= GROWS_BELOW * KeptRange::KEEP_ALL as f32 {
+            Radii::Fading
+        } else {
+            Radii::Different
+        },
+        is_uniform_mass: selection.is_uniform_mass,
     }
 }
 
 fn splat_inputs(set: &DrawnSet) -> Vec<SplatInput<'_>> {
-    set.gpu.pages().map(|(particles, ranges)| SplatInput { particles, ranges }).collect()
+    set.gpu.pages().iter().map(splat_input).collect()
+}
+
+fn splat_input(page: &GpuPage) -> SplatInput<'_> {
+    let GpuPage { particles, stand_in_spheres, front, occludees, visible, mass, stand_ins } = page;
+    SplatInput {
+        particles,
+        front,
+        tested: Some(Tested { occludees, visible }),
+        mass,
+        stand_ins: Some((stand_in_spheres, stand_ins)),
+    }
 }

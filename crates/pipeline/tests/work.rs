@@ -106,12 +106,14 @@ fn splats_visit_their_squares_and_no_more() {
     let kept = of(frame.particles_kept) as f64;
     let px_per_world = f64::from(SIZE[1]) / f64::from(ALL);
     let diameter_px = 2.0 * f64::from(RADIUS) * px_per_world;
-    let per_splat = of(frame.splat_pixels_depth) as f64 / kept;
+    let visited = of(frame.splat_pixels_depth) as f64;
     let disc = std::f64::consts::FRAC_PI_4 * diameter_px * diameter_px;
-    assert!(
-        (disc..(diameter_px + 2.0).powi(2)).contains(&per_splat),
-        "{per_splat} pixels, {diameter_px} wide"
-    );
+    // All of what is drawn first is visited; of what is tested, no more than what was not hidden.
+    let (tested, hidden) = (of(frame.particles_tested) as f64, of(frame.particles_hidden) as f64);
+    // One side of six faces the eye, and all but the middle tenth of this block is shell.
+    assert!(tested > 0.5 * kept && hidden > 0.3 * tested, "{frame:?}");
+    let most = (kept - hidden) * (diameter_px + 2.0).powi(2);
+    assert!(((kept - tested) * disc..most).contains(&visited), "{visited} pixels, {diameter_px} wide");
     // Thickness is drawn wider (its own kernel) on a picture of half the size or less: never more than that of the depth
     // pass with a kernel of twice the radius.
     let per_splat = of(frame.splat_pixels_thickness) as f64 / kept;

@@ -2,6 +2,7 @@ use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch, Thickness, ViewN
 use meniscus_gpu::{Buffer, Gpu, GpuError, Image};
 
 use crate::SsfrParams;
+use crate::passes::tile_count;
 
 /// What the surface stage makes, and the room it needs to make it. Made once per picture size.
 #[derive(Debug)]
@@ -19,6 +20,8 @@ pub struct SurfaceImages {
     /// Bits of the nearest distance while splats are drawn, then room for the filter.
     pub(crate) nearest: Image<Scratch>,
     pub(crate) scratch: Image<Scratch>,
+    /// Farthest distance per tile; `shaders/ssfr/farthest.wgsl`.
+    pub(crate) farthest: Buffer<Scratch>,
     /// The pixels that show fluid; `shaders/ssfr/covered.inc.wgsl`.
     pub(crate) covered: Buffer<Scratch>,
     pub(crate) reduced: ReducedImages,
@@ -53,6 +56,7 @@ impl SurfaceImages {
             unfiltered: Image::new(gpu, size)?,
             nearest: Image::new(gpu, size)?,
             scratch: Image::new(gpu, size)?,
+            farthest: Buffer::new(gpu, tile_count(size))?,
             covered: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
             reduced: ReducedImages::new(gpu, size, params.thickness.scale)?,
         })

@@ -21,5 +21,5 @@ pub use error::SsfrError;
 pub use filter::{FilterEntry, FilterImages, FilterRegistry, SurfaceFilter};
 pub use images::SurfaceImages;
 pub use params::{FilterChoice, SsfrParams, ThicknessParams};
-pub use splats::{SplatInput, SplatSet};
+pub use splats::{Radii, SplatInput, SplatSet, Tested};
 pub use stage::Ssfr;

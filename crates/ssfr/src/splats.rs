@@ -1,6 +1,6 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::{KeptRanges, Particles};
-use meniscus_gpu::{Buffer, HostField, HostStruct};
+use meniscus_gpu::role::{Occludees, Particles, StandIns};
+use meniscus_gpu::{Buffer, HostField, HostStruct, RangeList};
 
 /// One page of particles and what of it is drawn. A workgroup draws one range, so ranges should be short (about a
 /// thousand particles) and hold neighbours; nearest first is fastest.
@@ -8,8 +8,34 @@ use meniscus_gpu::{Buffer, HostField, HostStruct};
 pub struct SplatInput<'a> {
     /// The particles.
     pub particles: &'a Buffer<Particles>,
-    /// The ranges that are drawn.
-    pub ranges: &'a Buffer<KeptRanges>,
+    /// The ranges that the surface is drawn from first.
+    pub front: &'a RangeList,
+    /// What the surface is drawn from after that.
+    pub tested: Option<Tested<'a>>,
+    /// The ranges that count in the thickness.
+    pub mass: &'a RangeList,
+    /// Spheres that count in the thickness for other particles, and which of them do.
+    pub stand_ins: Option<(&'a Buffer<StandIns>, &'a RangeList)>,
+}
+
+/// Ranges that are only drawn where nothing hides them.
+#[derive(Clone, Copy, Debug)]
+pub struct Tested<'a> {
+    /// The ranges and where they would show.
+    pub occludees: &'a Buffer<Occludees>,
+    /// Room for those of them that are not hidden.
+    pub visible: &'a RangeList,
+}
+
+/// How the radii that particles of a set are drawn with differ.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Radii {
+    /// All have the set's radius.
+    Equal,
+    /// Some are smaller while they fade in; the set's radius is right for the smoothing all the same.
+    Fading,
+    /// Some are larger, or have radii of their own: a pass finds the radius of each pixel.
+    Different,
 }
 
 /// Particles that are drawn with one radius and stand for one volume.
@@ -21,8 +47,10 @@ pub struct SplatSet<'a> {
     pub radius_world: f32,
     /// Volume that one particle stands for, world units cubed, > 0: the cube of the spacing.
     pub volume_world: f32,
-    /// Whether every particle is kept and has the set's radius, which saves a pass.
-    pub uniform_radius: bool,
+    /// How the radii of what can be seen differ.
+    pub radii: Radii,
+    /// Whether every particle that counts in the thickness has the set's radius and volume.
+    pub is_uniform_mass: bool,
 }
 
 impl SplatSet<'_> {
@@ -39,13 +67,12 @@ pub(crate) struct SplatUniform {
     pub(crate) radius_world: f32,
     pub(crate) volume_world: f32,
     pub(crate) steps_per_world: f32,
-    pub(crate) range_count: u32,
 }
 
 impl HostStruct for SplatUniform {
     const WGSL_NAME: &'static str = "SplatSet";
     const FIELDS: &'static [HostField] =
-        meniscus_gpu::host_fields!(SplatUniform { radius_world, volume_world, steps_per_world, range_count });
+        meniscus_gpu::host_fields!(SplatUniform { radius_world, volume_world, steps_per_world });
 }
 
 /// Steps of the fixed-point thickness per spacing of the finest set: sums saturate at two million spacings.
@@ -65,7 +92,7 @@ impl Common {
     pub(crate) fn of(sets: &[SplatSet<'_>]) -> Self {
         let finest = sets.iter().map(SplatSet::spacing_world).fold(f32::INFINITY, f32::min);
         let uniform = match sets {
-            [only] if only.uniform_radius => Some(only.radius_world),
+            [only] if only.radii <= Radii::Fading => Some(only.radius_world),
             _ => None,
         };
         Self {

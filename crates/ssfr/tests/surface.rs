@@ -79,7 +79,7 @@ fn depth_and_radius_agree_with_their_twin() {
             let expected = twin::depth(&scene.view(), &[scene.host_set()], &scene.scene_distance);
             assert_same_surface(&frame, &expected, radius);
             // Half of what is kept fades and grows: the radius pass.
-            scene.uniform_radius = false;
+            scene.radii = meniscus_ssfr::Radii::Different;
             for range in &mut scene.ranges {
                 range.keep = 30_000;
             }
@@ -200,7 +200,7 @@ fn the_same_input_gives_the_same_bytes() {
     let gpu = gpu();
     let body = lattice::cuboid([-1.0, -0.7, -4.0], [24, 20, 16], 0.1, 0.3, 1);
     let mut scene = Scene::new(perspective(0.5, 1.2), [160, 120], &body.positions, 0.06, 0.1);
-    scene.uniform_radius = false;
+    scene.radii = meniscus_ssfr::Radii::Different;
     scene.ranges.iter_mut().for_each(|range: &mut KeptRange| range.keep = 65_000);
     let first = scene.render(&gpu, &params("none", 2, 1.0));
     for _ in 0..3 {

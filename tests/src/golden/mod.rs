@@ -6,6 +6,7 @@
 mod case;
 mod compare;
 mod expected;
+mod flicker;
 mod metrics;
 mod outcome;
 mod runner;
@@ -13,6 +14,7 @@ mod runner;
 pub use case::{Case, Cases};
 pub use compare::{CompareError, Comparison, Criteria, Limit, Metric, compare};
 pub use expected::{Expected, Manifest, Origin};
+pub use flicker::{Flicker, flicker};
 pub use metrics::{flip_map, heat_map, percentile, ssim_map};
 pub use outcome::{CaseOutcome, Pictures, RunOutcome, StageTime, Status};
 pub use runner::Runner;

@@ -1,4 +1,5 @@
 //! Physics through the whole chain, with the pipeline as a library: what the pictures rest on but do not show.
 
 mod coordinates;
+mod detail;
 mod thickness;

@@ -10,19 +10,20 @@ use std::time::{Instant, SystemTime};
 
 use meniscus_core::{Cancel, FrameRequest, FrameSource, StageCost};
 use meniscus_gpu::{Timing, process_cpu_ms};
-use meniscus_pipeline::{PreparedFrame, Registry};
+use meniscus_pipeline::{PreparedFrame, RateGovernor, Registry};
 use serde_json::Value;
 
 use self::report::{BenchReport, FrameSpread, StageSpread};
 use self::spread::Spread;
 use self::stages::StageSamples;
-use crate::args::{BenchArgs, Global};
+use crate::args::{BenchArgs, Global, PictureArgs};
 use crate::failure::Failure;
 use crate::input;
 use crate::picture::{self, Studio};
 use crate::report::RenderReport;
 use crate::terminal::{Terminal, interrupt, print};
 use crate::trace::{Trace, Track};
+use crate::values::Detail;
 
 /// How far the camera goes around its target every frame.
 const ORBIT_DEG_PER_FRAME: f32 = 0.5;
@@ -69,7 +70,7 @@ pub fn run(
 
     let bar = terminal.progress(u64::from(args.warmup + args.frames + ISOLATED_FRAMES), "pictures");
     studio.renderer.set_tracing(args.trace.is_some());
-    let mut orbit = Orbit { step: 0 };
+    let mut orbit = Orbit::new(&args.picture);
     let warmup_ms = warm_up(args.warmup, || {
         let started = Instant::now();
         orbit.draw(&mut studio, &frame, &cancel)?;
@@ -199,9 +200,19 @@ fn setup(studio: &Studio, series: &meniscus_io::Series) -> serde_json::Map<Strin
 /// The camera's way around the scene.
 struct Orbit {
     step: u32,
+    /// Where a rate is to be held.
+    governor: Option<RateGovernor>,
 }
 
 impl Orbit {
+    fn new(args: &PictureArgs) -> Self {
+        let governor = match args.lod {
+            Detail::Rate(rate) => Some(RateGovernor::new(rate)),
+            Detail::Threshold(_) | Detail::Auto => None,
+        };
+        Self { step: 0, governor }
+    }
+
     fn draw(&mut self, studio: &mut Studio, frame: &PreparedFrame, cancel: &Cancel) -> Result<(), Failure> {
         if cancel.is_cancelled() {
             return Err(Failure::Interrupted);
@@ -211,7 +222,15 @@ impl Orbit {
         let axis = studio.world.space().up.vector();
         camera.eye = camera.target + glam::Quat::from_axis_angle(axis, angle) * (camera.eye - camera.target);
         self.step += 1;
-        Ok(studio.renderer.draw_and_wait(frame, &studio.world, &camera, studio.size)?)
+        let Some(governor) = &mut self.governor else {
+            return Ok(studio.renderer.draw_and_wait(frame, &studio.world, &camera, studio.size)?);
+        };
+        let moving = studio.lod;
+        studio.renderer.set_lod(governor.params(&moving))?;
+        let started = Instant::now();
+        studio.renderer.draw_and_wait(frame, &studio.world, &camera, studio.size)?;
+        governor.frame_took(ms_since(started));
+        Ok(())
     }
 }
 

@@ -2,8 +2,8 @@
 
 use glam::Vec3;
 use meniscus_core::{Camera, ParticleFrame, Projection};
-use meniscus_gpu::role::PackedParticle;
-use meniscus_lod::{ChunkOptions, ChunkedSet, Selection, chunks};
+use meniscus_gpu::role::{KeptRange, PackedParticle};
+use meniscus_lod::{ChunkOptions, ChunkedSet, PageSelection, Selection, Viewpoint, chunks};
 
 /// Numbers in [0, 1) that depend on nothing but the seed (Knuth's MMIX generator, high bits).
 pub fn random(mut seed: u64) -> impl FnMut() -> f32 {
@@ -40,16 +40,20 @@ pub fn cameras(eye: Vec3, target: Vec3) -> [Camera; 2] {
         .map(|projection| Camera { eye, target, up: Vec3::Z, projection, near: 0.05 })
 }
 
-/// The slots kept by a selection with their keep probability in 1/65536, in the order drawn.
+/// A view of a set of spacing 1.
+pub fn viewpoint(camera: &Camera, size_px: [u32; 2], radius_world: f32) -> Viewpoint {
+    Viewpoint { camera: *camera, size_px, radius_world, spacing_world: 1.0 }
+}
+
+/// The slots that a selection draws the surface from, with their keep probability in 1/65536: those drawn first, near ones
+/// first, then the tested.
 pub fn kept_slots(set: &ChunkedSet, selection: &Selection) -> Vec<(usize, u32)> {
-    let of_page = |(page, ranges): (usize, &Vec<meniscus_gpu::role::KeptRange>)| {
+    let of_page = |(page, of_page): (usize, &PageSelection)| {
         let first = set.page_slots(page).start;
-        ranges
-            .iter()
-            .flat_map(move |r| (r.first..r.first + r.count).map(move |i| (first + i as usize, r.keep)))
-            .collect::<Vec<_>>()
+        let slots = |r: &KeptRange| (r.first..r.first + r.count).map(move |i| first + i as usize);
+        of_page.surface().flat_map(|r| slots(r).map(|slot| (slot, r.keep))).collect::<Vec<_>>()
     };
-    selection.ranges.iter().enumerate().flat_map(of_page).collect()
+    selection.pages.iter().enumerate().flat_map(of_page).collect()
 }
 
 /// Centre of a particle.

@@ -1,6 +1,8 @@
 //! The passes of the stage; each has the name of its shader.
 
 mod normal;
+mod occlusion;
+mod pages;
 mod surface;
 mod thickness;
 
@@ -9,6 +11,7 @@ use meniscus_gpu::{
 };
 
 pub(crate) use normal::NormalPass;
+pub(crate) use occlusion::tile_count;
 pub(crate) use surface::SurfacePasses;
 pub(crate) use thickness::ThicknessPasses;
 

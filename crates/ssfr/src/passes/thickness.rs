@@ -5,8 +5,8 @@ use meniscus_gpu::{
     shader,
 };
 
-use super::surface::{SplatPipelines, each_page};
-use super::{over_covered, pipeline, pipeline_with};
+use super::pages::{List, SplatPipelines, each_page};
+use super::{counted_pipeline, over_covered, pipeline, pipeline_with};
 use crate::splats::Common;
 use crate::{SplatSet, SsfrParams, SurfaceImages};
 
@@ -36,10 +36,18 @@ impl HostStruct for ThicknessUniform {
     });
 }
 
+/// Name of the counter of pixels visited.
+const COUNTER: &str = "splat_pixels_thickness";
+
+/// Half size in blocks from which the profile of a stand-in is drawn ([`crate::ThicknessParams::profile_half_px`]). The
+/// smoothing is that of particles and does not level what stands for many of them, but below a block there is nothing to level.
+const STAND_IN_PROFILE_HALF_PX: f32 = 1.0;
+
 /// Length of fluid along the ray: summed at reduced size, smoothed, brought back to full size.
 pub(crate) struct ThicknessPasses {
     prepare: ComputePipeline,
     thickness: SplatPipelines,
+    stand_ins: ComputePipeline,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
     upsample: ComputePipeline,
@@ -48,9 +56,11 @@ pub(crate) struct ThicknessPasses {
 impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let first = Definition { name: "FIRST", value: 1 };
+        let stand_in = Definition { name: "STAND_IN", value: 1 };
         Ok(Self {
             prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
-            thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), "splat_pixels_thickness")?,
+            thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[], COUNTER)?,
+            stand_ins: counted_pipeline(gpu, shader!("ssfr/thickness"), &[stand_in], COUNTER)?,
             smooth_rows: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[first])?,
             smooth_columns: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample"))?,
@@ -70,7 +80,7 @@ impl ThicknessPasses {
         params: &SsfrParams,
     ) {
         let reduced = &images.reduced;
-        let thickness = recorder.uniform(&ThicknessUniform {
+        let uniform = ThicknessUniform {
             size_px: reduced.size,
             scale: reduced.scale,
             world_per_step: 1.0 / common.steps_per_world,
@@ -78,7 +88,8 @@ impl ThicknessPasses {
             spacing_per_radius: common.spacing_per_radius,
             profile_half_px: params.thickness.profile_half_px(),
             pad: 0.0,
-        });
+        };
+        let thickness = recorder.uniform(&uniform);
         let pixels = Dispatch::Pixels(reduced.size);
         recorder.compute(
             gpu,
@@ -98,24 +109,26 @@ impl ThicknessPasses {
             ],
             pixels,
         );
-        each_page(recorder, sets, common, |recorder, page| {
-            let bindings = [
-                ("camera", camera.clone()),
-                ("splats", page.splats),
-                ("thickness", thickness.clone()),
-                ("particles", page.particles),
-                ("ranges", page.ranges),
-                ("limit", reduced.limit.bind()),
-                ("sum", reduced.sum.bind()),
-            ];
-            recorder.compute(
-                gpu,
-                "ssfr.thickness",
-                self.thickness.of(page.is_uniform),
-                &bindings,
-                page.groups,
-            );
-        });
+        let of_stand_ins = ThicknessUniform { profile_half_px: STAND_IN_PROFILE_HALF_PX, ..uniform };
+        let of_stand_ins = recorder.uniform(&of_stand_ins);
+        for (list, parameters) in [(List::Mass, &thickness), (List::StandIns, &of_stand_ins)] {
+            each_page(recorder, sets, common, list, |recorder, page| {
+                let bindings = [
+                    ("camera", camera.clone()),
+                    ("splats", page.splats),
+                    ("thickness", parameters.clone()),
+                    ("particles", page.particles),
+                    ("ranges", page.ranges),
+                    ("limit", reduced.limit.bind()),
+                    ("sum", reduced.sum.bind()),
+                ];
+                let pipeline = match list {
+                    List::StandIns => &self.stand_ins,
+                    _ => self.thickness.of(page.is_uniform),
+                };
+                recorder.compute(gpu, "ssfr.thickness", pipeline, &bindings, page.groups);
+            });
+        }
         recorder.compute(
             gpu,
             "ssfr.thickness_smooth",

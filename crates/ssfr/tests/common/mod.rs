@@ -2,11 +2,14 @@
 #![allow(dead_code, reason = "each test binary uses a part")]
 
 use meniscus_core::{Camera, Projection};
-use meniscus_gpu::role::{KeptRange, KeptRanges, NO_SURFACE, PackedParticle, Particles, SceneDistance};
-use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, Recorder, Texture, Timing};
+use meniscus_gpu::role::{
+    KeptRange, NO_SURFACE, Occludee, Occludees, PackedParticle, Particles, SceneDistance, StandIn, StandIns,
+};
+use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, RangeList, Recorder, Texture, Timing};
 use meniscus_ssfr::twin::{HostSet, HostView};
 use meniscus_ssfr::{
-    FilterChoice, FilterRegistry, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, ThicknessParams,
+    FilterChoice, FilterRegistry, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested,
+    ThicknessParams,
 };
 
 pub fn gpu() -> Gpu {
@@ -22,7 +25,11 @@ pub struct Scene {
     pub ranges: Vec<KeptRange>,
     pub radius: f32,
     pub spacing: f32,
-    pub uniform_radius: bool,
+    pub radii: Radii,
+    /// Ranges that are drawn where `ranges` do not hide them.
+    pub occludees: Vec<Occludee>,
+    /// Counted in the thickness beside `ranges` and `occludees`.
+    pub stand_ins: Vec<StandIn>,
     pub scene_distance: Vec<f32>,
 }
 
@@ -36,7 +43,18 @@ impl Scene {
             .collect();
         let ranges = ranges_of(particles.len(), KeptRange::KEEP_ALL);
         let scene_distance = vec![NO_SURFACE; (size[0] * size[1]) as usize];
-        Self { camera, size, particles, ranges, radius, spacing, uniform_radius: true, scene_distance }
+        Self {
+            camera,
+            size,
+            particles,
+            ranges,
+            radius,
+            spacing,
+            radii: Radii::Equal,
+            occludees: Vec::new(),
+            stand_ins: Vec::new(),
+            scene_distance,
+        }
     }
 
     pub fn uniform(&self) -> CameraUniform {
@@ -70,15 +88,31 @@ impl Scene {
         let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), params).unwrap();
         let images = SurfaceImages::new(gpu, self.size, params).unwrap();
         let particles = Buffer::<Particles>::from_slice(gpu, &self.particles).unwrap();
-        let ranges = Buffer::<KeptRanges>::from_slice(gpu, &self.ranges).unwrap();
+        let front = RangeList::from_slice(gpu, &self.ranges).unwrap();
+        let occludees = Buffer::<Occludees>::from_slice(gpu, &self.occludees).unwrap();
+        let mut visible = RangeList::new(gpu).unwrap();
+        visible.reserve(gpu, self.occludees.len()).unwrap();
+        let tested = self.occludees.iter().map(|occludee| occludee.range);
+        let all: Vec<KeptRange> = self.ranges.iter().copied().chain(tested).collect();
+        let mass = RangeList::from_slice(gpu, &all).unwrap();
+        let spheres = Buffer::<StandIns>::from_slice(gpu, &self.stand_ins).unwrap();
+        let of_spheres = ranges_of(self.stand_ins.len(), KeptRange::KEEP_ALL);
+        let of_spheres = RangeList::from_slice(gpu, &of_spheres).unwrap();
         let scene_distance = Texture::<SceneDistance>::new(gpu, self.size).unwrap();
         scene_distance.write(gpu, bytes_of(&self.scene_distance));
-        let pages = [SplatInput { particles: &particles, ranges: &ranges }];
+        let pages = [SplatInput {
+            particles: &particles,
+            front: &front,
+            tested: Some(Tested { occludees: &occludees, visible: &visible }),
+            mass: &mass,
+            stand_ins: Some((&spheres, &of_spheres)),
+        }];
         let set = SplatSet {
             pages: &pages,
             radius_world: self.radius,
             volume_world: self.spacing.powi(3),
-            uniform_radius: self.uniform_radius,
+            radii: self.radii,
+            is_uniform_mass: self.radii == Radii::Equal,
         };
         let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
         let mut costs = Vec::new();

@@ -1,0 +1,216 @@
+//! What lies around each cell of the grid: which particles nothing in front of them can be seen through to, which have no
+//! neighbours. Independent of any camera, so that it is found once per frame, on a reader thread.
+
+use glam::{IVec3, UVec3, Vec3};
+use rayon::prelude::*;
+
+use crate::grid::CellOrder;
+
+/// Share of the particles that a cell inside the fluid has, from which a cell counts as full. Half: the cells around a
+/// buried one then hold more than a layer of particles, whatever the surface's place in them.
+const FULL: f32 = 0.51;
+
+/// Bricks of 8 x 8 x 8 cells are runs of the curve; their neighbourhood fits the first-level cache.
+const BRICK_BITS: u32 = 3;
+const BRICK: i32 = 1 << BRICK_BITS;
+/// Side of a brick with the cells around it.
+const APRON: usize = BRICK as usize + 2;
+
+/// A cell that holds particles.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Cell {
+    /// Place on the curve.
+    pub(crate) code: u64,
+    /// Its first particle's slot; the next cell's is its end.
+    pub(crate) first_slot: u32,
+    /// Whether it and the 26 cells around it are full: its particles then cannot be seen from outside of the fluid, but
+    /// through cracks.
+    pub(crate) is_buried: bool,
+    /// Sum of the directions to the cells around it that are not full.
+    pub(crate) outward: [i8; 3],
+}
+
+/// The cells of a frame along the curve.
+pub(crate) struct Cells {
+    pub(crate) cells: Vec<Cell>,
+    /// Slots of the isolated particles, rising.
+    pub(crate) isolated: Vec<u32>,
+}
+
+/// A run of cells.
+struct Brick {
+    code: u64,
+    at: IVec3,
+    first_cell: u32,
+}
+
+/// Where a cell is in its brick, and what it holds.
+#[derive(Clone, Copy)]
+struct Content {
+    local: [u8; 3],
+    count: u16,
+}
+
+impl Cells {
+    /// The cells of `order`, whose frame has `positions` (world). A particle is isolated that has fewer than `isolated_below`
+    /// others in the eight cells nearest to it. Deterministic for any number of threads; O(n), and at most 40 bytes per
+    /// particle beside its result, a tenth of that in the bulk.
+    pub(crate) fn of(
+        order: &CellOrder,
+        positions: &[[f32; 3]],
+        spacing_world: f32,
+        isolated_below: u16,
+    ) -> Self {
+        let grid = order.grid();
+        let mut cells: Vec<Cell> = Vec::new();
+        for slot in 0..order.len() {
+            let code = order.cell_code(slot);
+            if cells.last().is_none_or(|last| last.code != code) {
+                cells.push(Cell { code, first_slot: slot as u32, is_buried: false, outward: [0; 3] });
+            }
+        }
+        let end_of = |cell: usize| cells.get(cell + 1).map_or(order.len(), |next| next.first_slot as usize);
+        let position = |slot: usize| Vec3::from(positions[order.index(slot) as usize]);
+        let contents: Vec<Content> = cells
+            .par_iter()
+            .enumerate()
+            .map(|(index, cell)| {
+                let first = cell.first_slot as usize;
+                let local = grid.cell_of(position(first)) & UVec3::splat(BRICK as u32 - 1);
+                Content {
+                    local: local.to_array().map(|c| c as u8),
+                    count: (end_of(index) - first).min(usize::from(u16::MAX)) as u16,
+                }
+            })
+            .collect();
+        let mut bricks: Vec<Brick> = Vec::new();
+        for (index, cell) in cells.iter().enumerate() {
+            let code = cell.code >> (3 * BRICK_BITS);
+            if bricks.last().is_none_or(|last| last.code != code) {
+                let at = grid.cell_of(position(cell.first_slot as usize)).as_ivec3() >> BRICK_BITS as i32;
+                bricks.push(Brick { code, at, first_cell: index as u32 });
+            }
+        }
+        let expected = (grid.edge_world() / spacing_world).powi(3);
+        // A spacing that is no length finds no cell full, which only costs speed; the cast saturates.
+        let full_from = (FULL * expected).round().max(1.0) as u16;
+
+        let cells_of = |brick: usize| {
+            let end = bricks.get(brick + 1).map_or(cells.len(), |next| next.first_cell as usize);
+            bricks[brick].first_cell as usize..end
+        };
+        let around = |brick: &Brick| {
+            let mut apron = Apron::default();
+            for offset in neighbours() {
+                let Some(code) = grid.block_code(brick.at + offset, BRICK_BITS) else { continue };
+                let Ok(found) = bricks.binary_search_by_key(&code, |other| other.code) else { continue };
+                contents[cells_of(found)].iter().for_each(|content| apron.add(offset, content));
+            }
+            apron
+        };
+        let surroundings: Vec<(Vec<Cell>, Vec<u32>)> = (0..bricks.len())
+            .into_par_iter()
+            .map(|brick| {
+                let apron = around(&bricks[brick]);
+                let mut isolated = Vec::new();
+                let cells = cells_of(brick).map(|index| {
+                    let (cell, content) = (cells[index], contents[index]);
+                    if content.count <= isolated_below {
+                        let corner = bricks[brick].at << BRICK_BITS as i32;
+                        let slots = cell.first_slot as usize..end_of(index);
+                        isolated.extend(slots.map(|slot| slot as u32).filter(|&slot| {
+                            let near = grid.nearest_cells(position(slot as usize));
+                            let held = near.map(|at| u32::from(apron.count(at.as_ivec3() - corner)));
+                            held.sum::<u32>() <= u32::from(isolated_below)
+                        }));
+                    }
+                    let (is_buried, outward) = apron.surroundings(content.local, full_from);
+                    Cell { is_buried, outward, ..cell }
+                });
+                (cells.collect(), isolated)
+            })
+            .collect();
+        let mut found = Self { cells: Vec::with_capacity(cells.len()), isolated: Vec::new() };
+        for (cells, isolated) in surroundings {
+            found.cells.extend(cells);
+            found.isolated.extend(isolated);
+        }
+        found
+    }
+
+    /// The isolated among the particles of `slots`, counted from the first of them.
+    pub(crate) fn isolated_in(&self, slots: std::ops::Range<usize>) -> impl Iterator<Item = usize> {
+        let first = self.isolated.partition_point(|&slot| (slot as usize) < slots.start);
+        let in_range = self.isolated[first..].iter().map(|&slot| slot as usize);
+        in_range.take_while(move |slot| *slot < slots.end).map(move |slot| slot - slots.start)
+    }
+
+    /// The cells that hold the particles of `slots`, each with those of its slots that are among them, counted from the first.
+    pub(crate) fn in_slots(
+        &self,
+        slots: std::ops::Range<usize>,
+    ) -> impl Iterator<Item = (&Cell, std::ops::Range<usize>)> {
+        let first = self.cells.partition_point(|cell| cell.first_slot as usize <= slots.start) - 1;
+        let start = slots.start;
+        self.cells[first..]
+            .iter()
+            .enumerate()
+            .take_while({
+                let end = slots.end;
+                move |(_, cell)| (cell.first_slot as usize) < end
+            })
+            .map(move |(index, cell)| {
+                let next = self.cells.get(first + index + 1);
+                let end = next.map_or(slots.end, |next| (next.first_slot as usize).min(slots.end));
+                (cell, (cell.first_slot as usize).max(start) - start..end - start)
+            })
+    }
+}
+
+/// The offsets of a cell or brick and the 26 around it.
+fn neighbours() -> impl Iterator<Item = IVec3> {
+    (-1..=1).flat_map(|z| (-1..=1).flat_map(move |y| (-1..=1).map(move |x| IVec3::new(x, y, z))))
+}
+
+/// Particle counts of a brick's cells and of those around it.
+struct Apron([u16; APRON * APRON * APRON]);
+
+impl Default for Apron {
+    fn default() -> Self {
+        Self([0; APRON * APRON * APRON])
+    }
+}
+
+impl Apron {
+    /// Place of a cell counted from the brick's lowest, -1 to 8 along each axis.
+    fn place(at: IVec3) -> Option<usize> {
+        let shifted = at + 1;
+        let inside = shifted.cmpge(IVec3::ZERO).all() && shifted.max_element() < APRON as i32;
+        inside.then(|| (shifted.x + APRON as i32 * (shifted.y + APRON as i32 * shifted.z)) as usize)
+    }
+
+    fn add(&mut self, brick_offset: IVec3, content: &Content) {
+        let local = IVec3::from(content.local.map(i32::from));
+        if let Some(place) = Self::place(local + brick_offset * BRICK) {
+            self.0[place] = content.count;
+        }
+    }
+
+    fn count(&self, at: IVec3) -> u16 {
+        Self::place(at).map_or(0, |place| self.0[place])
+    }
+
+    /// Whether the cell and all around it are full, and the sum of the directions to those that are not.
+    fn surroundings(&self, local: [u8; 3], full_from: u16) -> (bool, [i8; 3]) {
+        let at = IVec3::from(local.map(i32::from));
+        let mut open = 0;
+        let mut outward = IVec3::ZERO;
+        for offset in neighbours() {
+            if self.count(at + offset) < full_from {
+                open += 1;
+                outward += offset;
+            }
+        }
+        (open == 0, outward.to_array().map(|c| c as i8))
+    }
+}

@@ -1,0 +1,43 @@
+//! How coarse the thickness may be for the errors that the user tolerates.
+
+use crate::stand_ins::{Coarseness, StandIns};
+use crate::{LodParams, Mode};
+
+/// Error of the thickness that stand-ins cause, relative to the thickness: 99th percentile over the pixels of lattices and
+/// simulated water, looked at along and across the rows (`tests/stand_ins.rs` measures it). By part, shell and buried, and
+/// [`Coarseness`]. The shell is worse: what is left out of shape there lies at the edge of the water.
+const RELATIVE_ERROR: [[f32; 3]; 2] = [[0.02, 0.06, 0.1], [0.002, 0.02, 0.06]];
+
+/// Greatest change of colour for a relative change of thickness: `x exp(-x)` is at most 1/e.
+const COLOR_PER_RELATIVE_ERROR: f32 = 0.367_879_45;
+
+/// Standard deviation, in edges of what it replaces, by which a stand-in blurs beyond that: 0.14 for a full cell, 0.24 for a
+/// sheet through it, whose moments it has only on average.
+const BLUR_EDGES: f32 = 0.2;
+
+/// By how much stand-ins widen the Gaussian of one spacing that the thickness is smoothed with, in spacings.
+fn widening_spacings(coarseness: Coarseness) -> f32 {
+    (BLUR_EDGES * coarseness.edge_spacings()).hypot(1.0) - 1.0
+}
+
+/// The stand-ins to take for a part of a chunk whose particles are `spacing_px` pixels apart; `None`: its particles.
+pub(crate) fn stand_ins_for(
+    of_part: &[StandIns; 3],
+    is_buried: bool,
+    spacing_px: f32,
+    params: &LodParams,
+) -> Option<StandIns> {
+    if params.mode == Mode::Threshold && !(params.threshold > 0.0 && params.threshold < 1.0) {
+        return None;
+    }
+    let is_tolerated = |coarseness: Coarseness| {
+        let error = RELATIVE_ERROR[usize::from(is_buried)][coarseness as usize] * COLOR_PER_RELATIVE_ERROR;
+        error <= params.error_color || widening_spacings(coarseness) * spacing_px <= params.error_px
+    };
+    Coarseness::ALL
+        .into_iter()
+        .rev()
+        .filter(|&coarseness| is_tolerated(coarseness))
+        .map(|coarseness| of_part[coarseness as usize])
+        .find(|stand_ins| stand_ins.count > 0)
+}

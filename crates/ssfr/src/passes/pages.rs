@@ -1,0 +1,107 @@
+//! How the splat passes go over the pages of all sets.
+
+use meniscus_gpu::{Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader};
+
+use super::counted_pipeline;
+use crate::splats::{Common, SplatUniform};
+use crate::{Radii, SplatInput, SplatSet};
+
+/// A splat pass, compiled for sets of one radius and for all others.
+pub(super) struct SplatPipelines {
+    uniform: ComputePipeline,
+    general: ComputePipeline,
+}
+
+impl SplatPipelines {
+    /// With `definitions`; `counts` names the counter of the pixels it visits.
+    pub(super) fn new(
+        gpu: &Gpu,
+        shader: Shader,
+        definitions: &[Definition],
+        counts: &'static str,
+    ) -> Result<Self, GpuError> {
+        let uniform = [definitions, &[Definition { name: "UNIFORM", value: 1 }]].concat();
+        Ok(Self {
+            uniform: counted_pipeline(gpu, shader, &uniform, counts)?,
+            general: counted_pipeline(gpu, shader, definitions, counts)?,
+        })
+    }
+
+    pub(super) fn of(&self, is_uniform: bool) -> &ComputePipeline {
+        if is_uniform { &self.uniform } else { &self.general }
+    }
+}
+
+/// A list of ranges of a page.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum List {
+    /// What the surface is drawn from first.
+    Front,
+    /// What of the tested is not hidden.
+    Visible,
+    /// What counts in the thickness.
+    Mass,
+    /// Stand-ins.
+    StandIns,
+}
+
+/// What a splat pass binds of one page.
+pub(super) struct PageBindings {
+    pub(super) splats: Binding,
+    pub(super) particles: Binding,
+    pub(super) ranges: Binding,
+    pub(super) is_uniform: bool,
+    pub(super) groups: Dispatch,
+}
+
+/// Most workgroups that share a list out whose length only the GPU knows: enough to fill any GPU several times over.
+const MOST_SHARES: u64 = 4096;
+
+impl List {
+    /// Spheres and ranges of the list, and how many workgroups draw it; `None` where the page has no such list.
+    fn of(self, page: &SplatInput<'_>) -> Option<(Binding, Binding, u64)> {
+        let particles = page.particles.bind();
+        match self {
+            Self::Front => Some((particles, page.front.bind(), page.front.len() as u64)),
+            Self::Visible => page.tested.map(|tested| {
+                let most = tested.occludees.len() as u64;
+                (particles, tested.visible.bind(), most.min(MOST_SHARES))
+            }),
+            Self::Mass => Some((particles, page.mass.bind(), page.mass.len() as u64)),
+            Self::StandIns => {
+                page.stand_ins.map(|(spheres, ranges)| (spheres.bind(), ranges.bind(), ranges.len() as u64))
+            }
+        }
+    }
+}
+
+/// Calls `record` for the list of every page of every set that has something in it.
+pub(super) fn each_page(
+    recorder: &mut Recorder,
+    sets: &[SplatSet<'_>],
+    common: &Common,
+    list: List,
+    mut record: impl FnMut(&mut Recorder, PageBindings),
+) {
+    for set in sets {
+        for (particles, ranges, groups) in set.pages.iter().filter_map(|page| list.of(page)) {
+            if groups == 0 {
+                continue;
+            }
+            let radius_world = if list == List::StandIns { set.spacing_world() } else { set.radius_world };
+            let splats = recorder.uniform(&SplatUniform {
+                radius_world,
+                volume_world: set.volume_world,
+                steps_per_world: common.steps_per_world,
+            });
+            let is_uniform = match list {
+                List::Front | List::Visible => set.radii == Radii::Equal,
+                List::Mass | List::StandIns => set.is_uniform_mass,
+            };
+            record(
+                recorder,
+                PageBindings { splats, particles, ranges, is_uniform, groups: Dispatch::Groups(groups) },
+            );
+        }
+    }
+}
