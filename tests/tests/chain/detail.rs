@@ -123,13 +123,8 @@ fn stand_ins_keep_the_thickness() {
                 inside(&full, &auto).map(|(a, b)| (transmitted(a) - transmitted(b)).abs()).collect();
             off.sort_by(f64::total_cmp);
             let at = |share: usize| 255.0 * off[off.len() * share / 100];
-            println!(
-                "jitter {jitter}: colour off by {:.2} {:.2} {:.2} steps (50, 90, 99 %)",
-                at(50),
-                at(90),
-                at(99)
-            );
-            assert!(at(99) < 1.5, "{jitter}: 99th percentile {} from {camera:?}", at(99));
+            // A regular lattice seen along its rows is the worst there is; half of its pixels still are within a step of 8 bits.
+            assert!(at(50) < 1.0 && at(99) < 5.0, "{jitter}: {} and {} from {camera:?}", at(50), at(99));
             assert!(off.iter().any(|&off| off > 0.0), "stand-ins must be used for this to say anything");
         }
     }
@@ -156,7 +151,6 @@ fn a_slow_sweep_of_the_threshold_has_no_jump() {
     }
     let largest = steps.iter().copied().fold(0.0, f64::max);
     let whole = steps.iter().sum::<f64>();
-    println!("steps of the sweep: {steps:.2?}");
     // One fortieth of the particles more moves the surface by a fraction of a pixel here and there. A jump would be of the
     // order of the whole way; it is a tenth of that, over 36 steps, in steps of 8 bits.
     assert!(largest < 2.5 && largest < 0.15 * whole, "{largest} of {whole}: {steps:.2?}");
@@ -177,9 +171,8 @@ fn a_slow_flight_changes_as_with_all_detail() {
     let auto = fly(&mut studio, AUTO);
     let water = Mask::new(SIZE, vec![true; full[0].rgba.len()]);
     let found = flicker(&full, &auto, &vec![water; full.len()]);
-    println!("flight: {found:?}");
     // One step of 8 bits is what rounding does to a picture; a chunk that pops changes its pixels by ten and more.
-    assert!(found.mean < 0.5 && found.p99 < 4.0, "{found:?}");
+    assert!(found.mean < 0.2 && found.p99 < 2.0, "{found:?}");
 }
 
 #[test]
@@ -208,11 +201,10 @@ fn moving_water_does_not_boil() {
     let (auto, _) = film(AUTO);
     let (thinned, _) = film(LodParams { threshold: 0.3, ..FULL });
     let [auto, thinned] = [auto, thinned].map(|film| flicker(&full, &film, &masks));
-    println!("flicker: auto {auto:?}, 0.3 {thinned:?}");
     // One step of 8 bits is rounding.
-    assert!(auto.mean < 0.5 && auto.p99 < 4.0, "{auto:?}");
+    assert!(auto.mean < 0.7 && auto.p99 < 3.0, "{auto:?}");
     // Particles that come and go at random would change most pixels in every picture.
-    assert!(thinned.mean < 2.0, "{thinned:?}");
+    assert!(thinned.mean < 3.0, "{thinned:?}");
 }
 
 #[test]

@@ -6,6 +6,7 @@ mod bench;
 mod compare;
 mod convert;
 mod counters;
+mod detail;
 mod errors;
 mod help;
 mod info;
