@@ -1,7 +1,7 @@
 use super::Attributes;
 use crate::Error;
 use crate::codec::blocks::Compressor;
-use crate::mapped::MappedFile;
+use crate::input_file::InputFile;
 
 /// Settings of the `VTKFile` element.
 #[derive(Clone, Debug, Default)]
@@ -16,7 +16,7 @@ pub(super) struct Settings {
 
 impl Settings {
     /// Reads and checks the attributes of `VTKFile`.
-    pub fn read(file: &MappedFile, attributes: &Attributes) -> Result<Self, Error> {
+    pub fn read(file: &InputFile, attributes: &Attributes) -> Result<Self, Error> {
         let malformed = |message: String| Error::malformed(file.path(), "element VTKFile", message);
         let kind = attributes.get("type").unwrap_or_default().to_owned();
         if !matches!(
