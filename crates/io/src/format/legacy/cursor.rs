@@ -111,7 +111,7 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// The values that follow the line the cursor is on.
+    /// The values that follow the line the cursor is on, and what is said about them.
     pub fn array(
         &mut self,
         name: String,
@@ -126,6 +126,7 @@ impl<'a> Cursor<'a> {
                 self.place.left()
             ))
         })?;
+        self.skip_metadata(components)?;
         Ok(DataArray { name, components, tuples, ty, content })
     }
 
@@ -190,10 +191,19 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// Steps over a METADATA block, which an empty line ends.
-    pub fn skip_metadata(&mut self) -> Result<(), Error> {
-        self.line()?;
-        while self.line()? {}
+    /// Steps over METADATA blocks, if any follow, of an array with `components`.
+    pub fn skip_metadata(&mut self, components: usize) -> Result<(), Error> {
+        while self.accept("METADATA")? {
+            self.line()?;
+            // An empty line ends the block, but for those that stand for components without a name.
+            if self.accept("COMPONENT_NAMES")? {
+                self.line()?;
+                for _ in 0..components.min(self.place.left()) {
+                    self.line()?;
+                }
+            }
+            while self.line()? {}
+        }
         Ok(())
     }
 }

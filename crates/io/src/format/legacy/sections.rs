@@ -93,7 +93,6 @@ impl<'a> Sections<'a> {
             "point_data" => self.owner = Owner::Points(self.cursor.number("the number of points")?),
             "cell_data" => self.owner = Owner::Cells(self.cursor.number("the number of cells")?),
             "field" => self.read_field()?,
-            "metadata" => self.cursor.skip_metadata()?,
             _ => {
                 let known = self.attribute(&keyword)? || self.grid.section(&keyword, &mut self.cursor)?;
                 if !known && self.points.is_none() {
@@ -141,9 +140,6 @@ impl<'a> Sections<'a> {
         self.cursor.name()?;
         let count: usize = self.cursor.number("the number of arrays")?;
         for _ in 0..count {
-            while self.cursor.accept("METADATA")? {
-                self.cursor.skip_metadata()?;
-            }
             let name = self.cursor.name()?;
             let components = self.cursor.number("the number of components")?;
             let tuples: usize = self.cursor.number("the number of tuples")?;
@@ -153,6 +149,7 @@ impl<'a> Sections<'a> {
                     .checked_mul(components)
                     .ok_or_else(|| self.cursor.malformed("the number of strings overflows"))?;
                 self.cursor.skip_strings(count)?;
+                self.cursor.skip_metadata(components)?;
                 continue;
             }
             let ty = self.cursor.numeric(&ty)?;
