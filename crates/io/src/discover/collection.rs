@@ -2,6 +2,7 @@ use serde::Deserialize;
 
 use super::TimeStep;
 use crate::Error;
+use crate::format;
 use crate::format::xml::CollectionEntry;
 use crate::input_file::InputFile;
 
@@ -47,7 +48,7 @@ pub(super) fn from_entries(file: &InputFile, entries: &[CollectionEntry]) -> Res
     });
     let mut steps: Vec<TimeStep> = Vec::new();
     for entry in entries {
-        let path = folder.join(&entry.file);
+        let path = format::listed(folder, &entry.file);
         if path.file_name() == file.path().file_name() && path.parent() == file.path().parent() {
             return Err(Error::malformed(file.path(), "its list of files", "the file names itself"));
         }

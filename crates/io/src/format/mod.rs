@@ -4,6 +4,8 @@ pub(crate) mod legacy;
 pub(crate) mod parallel;
 pub(crate) mod xml;
 
+use std::path::{Path, PathBuf};
+
 use crate::Error;
 use crate::forward::Forward;
 use crate::input_file::InputFile;
@@ -45,6 +47,14 @@ pub(crate) fn skip_mark(place: &mut Forward<'_>) -> Result<(), Error> {
         place.advance(3);
     }
     place.skip_blanks()
+}
+
+/// The file that a list in `folder` calls `name`. Lists written on Windows have backslashes, which elsewhere are letters like
+/// any other; they are taken for separators where there is no such file.
+pub(crate) fn listed(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    let other = name.contains('\\').then(|| folder.join(name.replace('\\', "/")));
+    other.filter(|other| !path.exists() && other.exists()).unwrap_or(path)
 }
 
 pub(crate) fn starts_with_ignore_case(text: &[u8], prefix: &[u8]) -> bool {

@@ -2,7 +2,7 @@
 
 use crate::dataset::Dataset;
 use crate::format::xml::{self, Document};
-use crate::format::{Format, legacy};
+use crate::format::{Format, legacy, listed};
 use crate::input_file::InputFile;
 use crate::{Error, IoMode};
 
@@ -11,7 +11,7 @@ pub(crate) fn open_pieces(file: &InputFile, sources: &[String], mode: IoMode) ->
     let folder = file.path().parent().unwrap_or_else(|| "".as_ref());
     let mut whole = Dataset::default();
     for (i, source) in sources.iter().enumerate() {
-        let path = folder.join(source);
+        let path = listed(folder, source);
         let piece = InputFile::open(&path, mode).and_then(|piece| match Format::sniff(&piece)? {
             Format::Legacy => legacy::parse(&piece),
             Format::Xml => match xml::parse(&piece)? {

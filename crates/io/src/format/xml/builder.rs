@@ -204,12 +204,12 @@ impl<'a> Builder<'a> {
             }
             return Ok(());
         };
-        let format = attributes.get("format").unwrap_or("ascii");
-        if !["ascii", "binary", "appended"].contains(&format) {
+        let format = attributes.get("format").unwrap_or("ascii").to_ascii_lowercase();
+        if !["ascii", "binary", "appended"].contains(&format.as_str()) {
             let message = format!("format={format:?}, expected ascii, binary or appended");
             return Err(self.malformed(&place, message));
         }
-        let offset = match format {
+        let offset = match format.as_str() {
             "appended" => Some(
                 self.number(attributes, "offset", &place)?
                     .ok_or_else(|| self.malformed(&place, "appended data without an offset"))?,

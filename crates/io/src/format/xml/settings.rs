@@ -28,8 +28,9 @@ impl Settings {
             return Err(Error::unsupported(file.path(), message));
         }
         let big = match attributes.get("byte_order") {
-            Some("BigEndian") => true,
-            Some("LittleEndian") | None => false,
+            Some(order) if order.eq_ignore_ascii_case("BigEndian") => true,
+            Some(order) if order.eq_ignore_ascii_case("LittleEndian") => false,
+            None => false,
             Some(other) => {
                 let message = format!("byte_order={other:?}, expected LittleEndian or BigEndian");
                 return Err(malformed(message));
