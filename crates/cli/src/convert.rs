@@ -12,7 +12,7 @@ use meniscus_io::writer::{Encoding, Format, write_pvd};
 use crate::args::{ConvertArgs, ConvertEncoding};
 use crate::failure::Failure;
 use crate::terminal::{Terminal, interrupt};
-use crate::{input, render};
+use crate::input;
 
 pub fn run(args: &ConvertArgs, terminal: &Terminal) -> Result<(), Failure> {
     let format = format(&args.output, args.encoding)?;
@@ -86,6 +86,8 @@ fn format(output: &Path, encoding: ConvertEncoding) -> Result<Format, Failure> {
     let xml = match encoding {
         ConvertEncoding::Raw => Encoding::Raw,
         ConvertEncoding::Zlib => Encoding::Zlib,
+        ConvertEncoding::Lz4 => Encoding::Lz4,
+        ConvertEncoding::Lzma => Encoding::Lzma,
         ConvertEncoding::Base64 => Encoding::Base64,
         ConvertEncoding::Ascii => Encoding::Ascii,
     };

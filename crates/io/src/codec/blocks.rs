@@ -1,10 +1,12 @@
 //! VTK's compressed arrays: a table of block sizes, then the blocks, each compressed on its own.
 
-use std::io::Read;
+use std::io::{self, Read, Write};
 use std::ops::Range;
 
-use flate2::{Decompress, FlushDecompress, Status};
-use lzma_rust2::XzReader;
+use flate2::Compression;
+use flate2::write::ZlibEncoder;
+use libdeflater::{DecompressionError, Decompressor};
+use lzma_rust2::{XzOptions, XzReader, XzWriter};
 
 use crate::Error;
 use crate::error::Fault;
@@ -20,14 +22,42 @@ pub(crate) enum Compressor {
 /// Memory an xz stream may ask for, KiB: twice the largest dictionary of its presets (64 MiB).
 const XZ_MEMORY_KIB: u32 = 128 << 10;
 
+/// Bytes that matches reach back in the xz blocks we write.
+const SMALL_DICTIONARY: u32 = 1 << 16;
+
 impl Compressor {
+    /// VTK's class name.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Zlib => "vtkZLibDataCompressor",
+            Self::Lz4 => "vtkLZ4DataCompressor",
+            Self::Lzma => "vtkLZMADataCompressor",
+        }
+    }
+
     /// From VTK's class name.
     pub fn from_name(name: &str) -> Option<Self> {
-        match name {
-            "vtkZLibDataCompressor" => Some(Self::Zlib),
-            "vtkLZ4DataCompressor" => Some(Self::Lz4),
-            "vtkLZMADataCompressor" => Some(Self::Lzma),
-            _ => None,
+        [Self::Zlib, Self::Lz4, Self::Lzma].into_iter().find(|compressor| compressor.name() == name)
+    }
+
+    /// `raw` as a block, packed fast rather than small.
+    pub fn compress(self, raw: &[u8]) -> io::Result<Vec<u8>> {
+        let room = Vec::with_capacity(raw.len());
+        match self {
+            Self::Zlib => {
+                let mut encoder = ZlibEncoder::new(room, Compression::fast());
+                encoder.write_all(raw)?;
+                encoder.finish()
+            }
+            Self::Lz4 => Ok(lz4_flex::block::compress(raw)),
+            Self::Lzma => {
+                let mut options = XzOptions::with_preset(1);
+                // Blocks are short; who reads them takes memory for the dictionary at each.
+                options.lzma_options.dict_size = SMALL_DICTIONARY;
+                let mut encoder = XzWriter::new(room, options)?;
+                encoder.write_all(raw)?;
+                encoder.finish()
+            }
         }
     }
 
@@ -42,36 +72,36 @@ impl Compressor {
     }
 }
 
-/// Unpacks blocks; kept from block to block, because making the state of a decoder takes as long as a small block.
+/// Unpacks blocks; kept from block to block, because making a decoder takes a while.
 pub(crate) struct Inflater {
-    zlib: Decompress,
+    zlib: Decompressor,
 }
 
 impl Default for Inflater {
     fn default() -> Self {
-        Self { zlib: Decompress::new(true) }
+        Self { zlib: Decompressor::new() }
     }
 }
 
 impl Inflater {
     /// Decompresses `block` into exactly `out`.
-    pub fn decompress(&mut self, compressor: Compressor, block: &[u8], out: &mut [u8]) -> Result<(), String> {
+    pub fn decompress(
+        &mut self,
+        compressor: Compressor,
+        block: &[u8],
+        out: &mut [u8],
+    ) -> Result<(), String> {
         let expected = out.len();
         let wrong_size = |found: usize| format!("the block holds {found} bytes, expected {expected}");
         match compressor {
-            Compressor::Zlib => {
-                let inflate = &mut self.zlib;
-                inflate.reset(true);
-                match inflate.decompress(block, out, FlushDecompress::Finish) {
-                    Ok(Status::StreamEnd) if inflate.total_out() == expected as u64 => Ok(()),
-                    Ok(Status::StreamEnd) => Err(wrong_size(inflate.total_out() as usize)),
-                    Ok(_) if inflate.total_out() == expected as u64 => {
-                        Err(format!("the block is cut off or holds more than the {expected} bytes expected"))
-                    }
-                    Ok(_) => Err("the zlib stream is cut off".into()),
-                    Err(e) => Err(format!("broken zlib stream ({e})")),
+            Compressor::Zlib => match self.zlib.zlib_decompress(block, out) {
+                Ok(found) if found == expected => Ok(()),
+                Ok(found) => Err(wrong_size(found)),
+                Err(DecompressionError::InsufficientSpace) => {
+                    Err(format!("the block holds more than the {expected} bytes expected"))
                 }
-            }
+                Err(DecompressionError::BadData) => Err("the zlib stream is broken or cut off".into()),
+            },
             Compressor::Lz4 => match lz4_flex::block::decompress_into(block, out) {
                 Ok(found) if found == expected => Ok(()),
                 Ok(found) => Err(wrong_size(found)),
