@@ -3,6 +3,7 @@
 mod blocks;
 mod selector;
 
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -25,6 +26,16 @@ pub(crate) struct AttributeInfo {
     pub name: String,
     pub components: usize,
     pub ty: ScalarType,
+    /// Its place in the first piece, which mostly is its place in all.
+    place: usize,
+}
+
+impl AttributeInfo {
+    /// Its array in `piece`.
+    fn find_in<'p>(&self, piece: &'p Piece) -> Option<&'p DataArray> {
+        let is_it = |array: &&DataArray| array.name == self.name;
+        piece.attributes.get(self.place).filter(is_it).or_else(|| piece.attributes.iter().find(is_it))
+    }
 }
 
 /// The pieces that hold particles at one time.
@@ -187,8 +198,7 @@ impl FrameData {
 
     /// `attribute`, to be read in blocks.
     pub fn attribute_array(&self, attribute: &AttributeInfo) -> Result<FrameArray<'_>, Error> {
-        let find = |piece: &'_ Piece| piece.attributes.iter().position(|a| a.name == attribute.name);
-        self.array(attribute.components, attribute.ty, |piece| Some(&piece.attributes[find(piece)?]))
+        self.array(attribute.components, attribute.ty, |piece| attribute.find_in(piece))
     }
 
     fn array(
@@ -224,7 +234,7 @@ impl FrameData {
         convert: &C,
         cancel: &Cancel,
     ) -> Result<Vec<C::Out>, Error> {
-        self.collect(|piece| piece.attributes.iter().find(|a| a.name == attribute.name), convert, cancel)
+        self.collect(|piece| attribute.find_in(piece), convert, cancel)
     }
 
     /// The tuples of `attribute` at the points `indices`, which rise.
@@ -235,7 +245,7 @@ impl FrameData {
         convert: &C,
         cancel: &Cancel,
     ) -> Result<Vec<C::Out>, Error> {
-        let arrays = self.check(|piece| piece.attributes.iter().find(|a| a.name == attribute.name))?;
+        let arrays = self.check(|piece| attribute.find_in(piece))?;
         let mut out = Vec::with_capacity(indices.len() * attribute.components);
         let (mut rest, mut first) = (indices, 0);
         for array in arrays {
@@ -320,13 +330,14 @@ fn all_meshes(pieces: &[Piece], cancel: &Cancel) -> Result<bool, Error> {
 
 fn common_attributes(pieces: &[Piece]) -> Vec<AttributeInfo> {
     let Some((first, others)) = pieces.split_first() else { return Vec::new() };
-    let mut list: Vec<AttributeInfo> = Vec::new();
-    for array in &first.attributes {
-        let everywhere = others.iter().all(|piece| {
-            piece.attributes.iter().any(|a| a.name == array.name && a.components == array.components)
-        });
-        if everywhere && !list.iter().any(|known| known.name == array.name) {
-            list.push(AttributeInfo { name: array.name.clone(), components: array.components, ty: array.ty });
+    let (mut list, mut names) = (Vec::new(), HashSet::new());
+    for (place, array) in first.attributes.iter().enumerate() {
+        let (name, components, ty) = (array.name.clone(), array.components, array.ty);
+        let attribute = AttributeInfo { name, components, ty, place };
+        let is_it = |found: &DataArray| found.components == components;
+        let everywhere = || others.iter().all(|piece| attribute.find_in(piece).is_some_and(is_it));
+        if names.insert(array.name.as_str()) && everywhere() {
+            list.push(attribute);
         }
     }
     list

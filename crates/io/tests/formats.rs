@@ -208,6 +208,31 @@ fn a_comment_at_every_number_is_no_bomb() {
     assert_eq!((info.points, info.centroid), (count, Some([1.0, 2.0, 3.0])));
 }
 
+/// Looking for each name among all would take minutes, as would keeping all that is empty.
+#[test]
+fn very_many_arrays_and_pieces_are_no_bomb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arrays: String = (0..50_000)
+        .map(|i| {
+            format!(
+                "<DataArray type='Int8' Name='{i}' NumberOfComponents='2' format='ascii'>1 {}</DataArray>",
+                i % 9
+            )
+        })
+        .collect();
+    let text = format!(
+        "<VTKFile type='PolyData'><PolyData>{}<Piece NumberOfPoints='1'><PointData>{arrays}</PointData><Points>\
+         <DataArray type='Float32' NumberOfComponents='3' format='ascii'>1 2 3</DataArray></Points></Piece>\
+         </PolyData></VTKFile>",
+        "<Piece/>".repeat(1_000_000)
+    );
+    let path = put(folder.path(), "many.vtp", text);
+    let info = Series::open(&path, &SeriesOptions::default()).and_then(|series| series.frame_info(0, true));
+    let info = info.expect("opens");
+    assert_eq!((info.points, info.attributes.len()), (1, 50_000));
+    assert_eq!(info.attributes[49_999].max, Some(vec![Some(1.0), Some(f64::from(49_999 % 9))]));
+}
+
 #[test]
 fn what_no_file_needs_is_refused_before_it_is_looked_into() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -85,12 +85,7 @@ impl Default for Inflater {
 
 impl Inflater {
     /// Decompresses `block` into exactly `out`.
-    pub fn decompress(
-        &mut self,
-        compressor: Compressor,
-        block: &[u8],
-        out: &mut [u8],
-    ) -> Result<(), String> {
+    pub fn decompress(&mut self, compressor: Compressor, block: &[u8], out: &mut [u8]) -> Result<(), String> {
         let expected = out.len();
         let wrong_size = |found: usize| format!("the block holds {found} bytes, expected {expected}");
         match compressor {

@@ -293,7 +293,13 @@ impl<'a> Builder<'a> {
                     _ => {}
                 }
             }
-            "Piece" => self.pieces.extend(self.piece.take()),
+            // Of many empty pieces one says what all do.
+            "Piece" => {
+                let has_points = |piece: &OpenPiece| piece.points > 0;
+                let is_needed = |piece: &OpenPiece| has_points(piece) || self.pieces.is_empty();
+                let piece = self.piece.take().filter(is_needed);
+                self.pieces.extend(piece);
+            }
             _ => {}
         }
         Ok(())
