@@ -77,14 +77,16 @@ impl Neighbourhood {
         }
         // In lists as they come: put together, they would be in memory twice.
         let near: Vec<Vec<(u32, [f32; 3])>> = points
-            .par_iter()
-            .filter_map(|point| {
-                let cell = cell_of(&point, reach);
-                let found = if filter[filter_bit(cell)] { index.get(&cell) } else { None };
-                found.map(|&cell| (cell, point))
-            })
-            .fold(Vec::new, |mut list, near| {
-                list.push(near);
+            .par_blocks()
+            .fold(Vec::new, |mut list, block| {
+                for point in block {
+                    let cell = cell_of(&point, reach);
+                    if filter[filter_bit(cell)]
+                        && let Some(&cell) = index.get(&cell)
+                    {
+                        list.push((cell, point));
+                    }
+                }
                 list
             })
             .collect();
