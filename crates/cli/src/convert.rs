@@ -11,8 +11,8 @@ use meniscus_io::writer::{Encoding, Format, write_pvd};
 
 use crate::args::{ConvertArgs, ConvertEncoding};
 use crate::failure::Failure;
-use crate::terminal::{Terminal, interrupt};
 use crate::input;
+use crate::terminal::{Terminal, interrupt};
 
 pub fn run(args: &ConvertArgs, terminal: &Terminal) -> Result<(), Failure> {
     let format = format(&args.output, args.encoding)?;

@@ -16,7 +16,6 @@ use crate::picture::{self, Studio};
 use crate::report::RenderReport;
 use crate::terminal::{Terminal, interrupt};
 use crate::trace::{Trace, TracedSource, Track};
-use crate::values::FrameRange;
 use crate::{input, report};
 
 pub fn run(
