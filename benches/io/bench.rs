@@ -12,21 +12,33 @@ use std::path::{Path, PathBuf};
 use bench_views::{Stage, View};
 use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus_core::{Cancel, FrameRequest, FrameSource};
-use meniscus_io::writer::{
-    Values, WriteAttribute, WriteParticles, write_legacy_binary, write_vtu_raw, write_vtu_zlib,
-};
-use meniscus_io::{Error, Series, SeriesOptions};
+use meniscus_io::writer::{self, Encoding, Format, Values, WriteAttribute, WriteParticles};
+use meniscus_io::{IoMode, Series, SeriesOptions};
 
 /// Names and particles.
 const SIZES: [(&str, u64); 2] = [("300k", 300_000), ("1.1M", 1_131_712)];
 
-type Write = fn(&Path, &WriteParticles<'_>) -> Result<(), Error>;
-
-const FORMATS: [(&str, &str, Write); 3] = [
-    ("vtu-raw", "raw.vtu", write_vtu_raw),
-    ("vtu-zlib", "zlib.vtu", write_vtu_zlib),
-    ("vtk-binary", "legacy.vtk", write_legacy_binary),
+const FORMATS: [(&str, &str, Format); 8] = [
+    ("vtu-raw", "raw.vtu", Format::Vtu(Encoding::Raw)),
+    ("vtu-zlib", "zlib.vtu", Format::Vtu(Encoding::Zlib)),
+    ("vtu-lz4", "lz4.vtu", Format::Vtu(Encoding::Lz4)),
+    ("vtu-lzma", "lzma.vtu", Format::Vtu(Encoding::Lzma)),
+    ("vtu-base64", "base64.vtu", Format::Vtu(Encoding::Base64)),
+    ("vtu-ascii", "ascii.vtu", Format::Vtu(Encoding::Ascii)),
+    ("vtk-binary", "binary.vtk", Format::LegacyBinary),
+    ("vtk-ascii", "ascii.vtk", Format::LegacyAscii),
 ];
+
+/// Ways of reading besides the plain one: in blocks instead of mapped, and only some of the particles.
+const WAYS: [&str; 2] = ["in-blocks", "selected"];
+
+fn options_of(way: &str) -> SeriesOptions {
+    if way == "in-blocks" {
+        SeriesOptions { io_mode: IoMode::Read, ..mapped() }
+    } else {
+        SeriesOptions { where_expr: Some("density < 990 or z < 0.06".into()), ..mapped() }
+    }
+}
 
 /// Writes the case in every format, in their order.
 fn write_all(folder: &Path, particles: u64) -> Vec<PathBuf> {
@@ -42,16 +54,21 @@ fn write_all(folder: &Path, particles: u64) -> Vec<PathBuf> {
     ];
     let particles =
         WriteParticles { positions: &frame.positions, attributes: &attributes, time: Some(frame.time) };
-    let written = FORMATS.map(|(_, name, write)| {
+    let written = FORMATS.map(|(_, name, format)| {
         let path = folder.join(name);
-        write(&path, &particles).expect("a file in the temporary folder");
+        writer::write(&path, &particles, format).expect("a file in the temporary folder");
         path
     });
     written.into()
 }
 
-fn open(path: &Path) -> Series {
-    Series::open(path, &SeriesOptions::default()).expect("a file that was just written")
+/// Files that were just written would be read in blocks.
+fn mapped() -> SeriesOptions {
+    SeriesOptions { io_mode: IoMode::Map, ..SeriesOptions::default() }
+}
+
+fn open(path: &Path, options: &SeriesOptions) -> Series {
+    Series::open(path, options).expect("a file that was just written")
 }
 
 /// Bytes per particle that reading cannot do without: positions in double and `velocity` in single precision come from the
@@ -76,7 +93,7 @@ fn io(criterion: &mut Criterion) {
                 particles,
                 || &files()[index],
                 |_| None,
-                |path| open(path),
+                |path| open(path, &mapped()),
             );
             for (what, attributes) in [("positions", vec![]), ("velocity", vec!["velocity".to_owned()])] {
                 let bytes = bytes_per_particle(!attributes.is_empty()) * particles;
@@ -84,9 +101,22 @@ fn io(criterion: &mut Criterion) {
                 stage.cpu(
                     [&format!("read-{what}-{format}"), size],
                     particles,
-                    || open(&files()[index]),
+                    || open(&files()[index], &mapped()),
                     |_| Some(bytes),
                     |series| series.read(0, &request, &Cancel::default()).expect("a readable frame"),
+                );
+            }
+            for way in WAYS {
+                stage.cpu(
+                    [&format!("read-{way}-{format}"), size],
+                    particles,
+                    || open(&files()[index], &options_of(way)),
+                    |_| None,
+                    |series| {
+                        series
+                            .read(0, &FrameRequest::default(), &Cancel::default())
+                            .expect("a readable frame")
+                    },
                 );
             }
         }

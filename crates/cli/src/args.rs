@@ -365,8 +365,12 @@ pub struct ConvertArgs {
 pub enum ConvertEncoding {
     /// As in memory: the fastest to read.
     Raw,
-    /// Compressed blocks: the smallest; .vtu and .vtp.
+    /// Blocks compressed as VTK does it; .vtu and .vtp.
     Zlib,
+    /// Blocks compressed faster, but less; .vtu and .vtp.
+    Lz4,
+    /// Blocks compressed as small as can be, slowly; .vtu and .vtp.
+    Lzma,
     /// Text that holds the bytes; .vtu and .vtp.
     Base64,
     /// Text that people can read.

@@ -86,6 +86,8 @@ fn format(output: &Path, encoding: ConvertEncoding) -> Result<Format, Failure> {
     let xml = match encoding {
         ConvertEncoding::Raw => Encoding::Raw,
         ConvertEncoding::Zlib => Encoding::Zlib,
+        ConvertEncoding::Lz4 => Encoding::Lz4,
+        ConvertEncoding::Lzma => Encoding::Lzma,
         ConvertEncoding::Base64 => Encoding::Base64,
         ConvertEncoding::Ascii => Encoding::Ascii,
     };

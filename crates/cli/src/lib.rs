@@ -41,6 +41,8 @@ pub fn run(registry: Registry) -> ExitCode {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| level.into());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
     guard_maps();
+    #[cfg(unix)]
+    allow_open_files();
     if let Some(threads) = cli.global.threads
         && let Err(error) = rayon::ThreadPoolBuilder::new().num_threads(threads.into()).build_global()
     {
@@ -82,6 +84,20 @@ pub fn run(registry: Registry) -> ExitCode {
 fn guard_maps() {
     if let Err(error) = meniscus_io::map_guard::install() {
         tracing::warn!("files that shrink while they are read will end the program: {error}");
+    }
+}
+
+/// A parallel file of thousands of pieces that are read in blocks has as many files open; shells mostly allow a thousand unless
+/// asked for more.
+#[cfg(unix)]
+fn allow_open_files() {
+    use rustix::process::{Resource, Rlimit, getrlimit, setrlimit};
+
+    let limit = getrlimit(Resource::Nofile);
+    if limit.current != limit.maximum
+        && let Err(error) = setrlimit(Resource::Nofile, Rlimit { current: limit.maximum, ..limit })
+    {
+        tracing::debug!("no more files can be open than the shell allows: {error}");
     }
 }
 

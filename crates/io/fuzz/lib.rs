@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
 use meniscus_core::{Cancel, FrameRequest, FrameSource};
-use meniscus_io::{Series, SeriesOptions};
+use meniscus_io::{IoMode, Series, SeriesOptions};
 
 /// A folder in memory where there is one: a disk would be worn out by millions of files.
 pub fn folder() -> &'static Path {
@@ -16,11 +16,17 @@ pub fn folder() -> &'static Path {
     })
 }
 
-/// Opens `name` with `bytes` in it, describes its frames and reads them with all attributes.
+/// Opens `name` with `bytes` in it, describes its frames and reads them with all attributes. The number of bytes says whether
+/// the file is mapped, and whether particles are selected.
 pub fn open(name: &str, bytes: &[u8]) {
     let path = folder().join(name);
     std::fs::write(&path, bytes).expect("a file in memory");
-    let Ok(series) = Series::open(&path, &SeriesOptions::default()) else { return };
+    let options = SeriesOptions {
+        io_mode: if bytes.len() % 2 == 0 { IoMode::Map } else { IoMode::Read },
+        where_expr: (bytes.len() % 4 < 2).then(|| "x >= 0 or id in (1, 3)".to_owned()),
+        ..SeriesOptions::default()
+    };
+    let Ok(series) = Series::open(&path, &options) else { return };
     for index in 0..series.frame_count().min(3) {
         let Ok(info) = series.frame_info(index, true) else { continue };
         let attributes = info.attributes.iter().map(|a| a.name.clone()).collect();

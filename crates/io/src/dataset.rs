@@ -4,9 +4,9 @@ use std::path::Path;
 
 use meniscus_core::Cancel;
 
-use crate::array::DataArray;
+use crate::array::{CheckedArray, DataArray};
 use crate::format::{Format, legacy, parallel, xml};
-use crate::mapped::MappedFile;
+use crate::input_file::InputFile;
 use crate::scalar::{ToF64, ToU64};
 use crate::{Error, IoMode};
 
@@ -24,7 +24,7 @@ pub(crate) enum Cells {
 /// Points with their attributes in one file.
 #[derive(Clone)]
 pub(crate) struct Piece {
-    pub file: MappedFile,
+    pub file: InputFile,
     pub points: usize,
     /// Three components, `points` tuples. `None` only without points.
     pub positions: Option<DataArray>,
@@ -36,7 +36,7 @@ pub(crate) struct Piece {
 }
 
 /// Ghost flags of cells, and which points the cells have: cell `c` those of `connectivity` before its end `offsets[c]`, from
-/// the end of the cell before it.
+/// the end of the cell before it. There are as many points in cells as there are cells.
 #[derive(Clone, Debug)]
 pub(crate) struct CellGhosts {
     pub flags: DataArray,
@@ -50,6 +50,9 @@ pub(crate) const GHOSTS: &str = "vtkGhostType";
 const GHOST_POINT: u64 = 1 | 2;
 const GHOST_CELL: u64 = 1 | 32;
 
+/// Values looked at together.
+const BLOCK: usize = 1 << 16;
+
 /// VTK's numbers of cell types that hold single points.
 const VERTEX_CELLS: [f64; 2] = [1.0, 2.0];
 
@@ -61,11 +64,17 @@ impl Piece {
             Cells::Mesh => Ok(true),
             Cells::Types(types) => {
                 let types = types.check(&self.file)?;
-                let is_vertex = |types: &[f64]| types.iter().any(|ty| VERTEX_CELLS.contains(ty));
                 // Particle files say so at once.
-                let mut head = vec![0.0; types.len().min(1024)];
-                types.decode(&ToF64, head.as_mut_slice(), cancel)?;
-                Ok(types.len() > 0 && !is_vertex(&head) && !is_vertex(&types.collect(&ToF64, cancel)?))
+                let mut start = 0;
+                while start < types.tuples() {
+                    let end = types.tuples().min(2 * start + 1024).min(start + BLOCK);
+                    let block = types.tuples_in(start..end, &ToF64, cancel)?;
+                    if block.iter().any(|ty| VERTEX_CELLS.contains(ty)) {
+                        return Ok(false);
+                    }
+                    start = end;
+                }
+                Ok(types.tuples() > 0)
             }
         }
     }
@@ -82,31 +91,46 @@ impl Piece {
 
     /// Which points are no ghosts: not marked themselves, and not only in cells that are.
     pub fn not_ghosts(&self, cancel: &Cancel) -> Result<Vec<bool>, Error> {
-        let values = |array: &DataArray| array.check(&self.file)?.collect(&ToU64, cancel);
-        let mut mask = match self.point_ghosts() {
-            Some(flags) => values(flags)?.into_iter().map(|flags| flags & GHOST_POINT == 0).collect(),
-            None => vec![true; self.points],
-        };
-        let Some(cells) = &self.cell_ghosts else { return Ok(mask) };
-        let (flags, points, ends) =
-            (values(&cells.flags)?, values(&cells.connectivity)?, values(&cells.offsets)?);
+        let mut mask = vec![true; self.points];
+        if let Some(flags) = self.point_ghosts() {
+            let flags = flags.check(&self.file)?;
+            for start in (0..self.points).step_by(BLOCK) {
+                let end = self.points.min(start + BLOCK);
+                let block = flags.tuples_in(start..end, &ToU64, cancel)?;
+                std::iter::zip(&mut mask[start..end], block)
+                    .for_each(|(taken, flags)| *taken = flags & GHOST_POINT == 0);
+            }
+        }
+        if let Some(cells) = &self.cell_ghosts {
+            self.mask_ghost_cells(cells, &mut mask, cancel)?;
+        }
+        Ok(mask)
+    }
+
+    fn mask_ghost_cells(&self, cells: &CellGhosts, mask: &mut [bool], cancel: &Cancel) -> Result<(), Error> {
+        let (flags, points, ends) = (
+            cells.flags.check(&self.file)?,
+            cells.connectivity.check(&self.file)?,
+            cells.offsets.check(&self.file)?,
+        );
         let (mut in_ghost, mut in_real) = (vec![false; self.points], vec![false; self.points]);
-        let mut start = 0;
-        for (flags, end) in std::iter::zip(flags, ends) {
-            let marks = if flags & GHOST_CELL == 0 { &mut in_real } else { &mut in_ghost };
-            // Offsets and points that are out of range belong to no particle.
-            let end = usize::try_from(end).unwrap_or(usize::MAX).min(points.len());
-            for point in points.get(start..end).unwrap_or_default() {
-                if let Some(mark) = usize::try_from(*point).ok().and_then(|point| marks.get_mut(point)) {
+        for first in (0..flags.tuples()).step_by(BLOCK) {
+            let block = first..flags.tuples().min(first + BLOCK);
+            let values = |array: &CheckedArray<'_>| array.tuples_in(block.clone(), &ToU64, cancel);
+            let (flags, points, ends) = (values(&flags)?, values(&points)?, values(&ends)?);
+            for (i, cell) in block.clone().enumerate() {
+                // With as many points as cells, a cell of another number of points has those of others.
+                let point = Some(points[i]).filter(|_| ends[i] == cell as u64 + 1);
+                let marks = if flags[i] & GHOST_CELL == 0 { &mut in_real } else { &mut in_ghost };
+                if let Some(mark) = point.and_then(|point| marks.get_mut(usize::try_from(point).ok()?)) {
                     *mark = true;
                 }
             }
-            start = end;
         }
         for (point, taken) in mask.iter_mut().enumerate() {
             *taken &= in_real[point] || !in_ghost[point];
         }
-        Ok(mask)
+        Ok(())
     }
 }
 
@@ -121,7 +145,7 @@ pub(crate) struct Dataset {
 impl Dataset {
     /// Finds the arrays of the file at `path`; follows the pieces of parallel files.
     pub fn open(path: &Path, mode: IoMode) -> Result<Self, Error> {
-        let file = MappedFile::open(path, mode)?;
+        let file = InputFile::open(path, mode)?;
         match Format::sniff(&file)? {
             Format::Legacy => legacy::parse(&file),
             Format::Xml => match xml::parse(&file)? {

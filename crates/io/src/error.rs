@@ -138,3 +138,30 @@ impl From<Error> for FrameError {
         Self { kind: error.kind(), file: error.file().map(Path::to_owned), message: error.detail() }
     }
 }
+
+/// Why bytes are refused by those who do not know whose they are.
+#[derive(Debug)]
+pub(crate) enum Fault {
+    /// What is wrong with them.
+    Bytes(String),
+    /// They could not be read.
+    File(Error),
+}
+
+impl From<Error> for Fault {
+    fn from(error: Error) -> Self {
+        Self::File(error)
+    }
+}
+
+impl From<String> for Fault {
+    fn from(message: String) -> Self {
+        Self::Bytes(message)
+    }
+}
+
+impl From<&str> for Fault {
+    fn from(message: &str) -> Self {
+        Self::Bytes(message.to_owned())
+    }
+}

@@ -3,9 +3,8 @@
 use std::str::FromStr;
 
 use meniscus_core::Cancel;
-use rayon::prelude::*;
 
-use crate::frame_data::FrameData;
+use crate::frame_data::{Block, FrameArray, FrameData};
 use crate::scalar::{InRanges, ToU64};
 use crate::{Error, SeriesOptions};
 
@@ -59,39 +58,41 @@ impl Filter {
         }
     }
 
+    /// The part of it that leaves out ghosts.
+    pub fn ghosts_only(&self) -> Self {
+        Self { every: 1, region: None, keep_ghosts: self.keep_ghosts }
+    }
+
     /// How many points each one taken stands for.
     pub fn every(&self) -> u64 {
         self.every
     }
 
-    /// Which points are taken; `None` for all.
-    pub fn mask(&self, frame: &FrameData, cancel: &Cancel) -> Result<Option<Vec<bool>>, Error> {
-        let mut mask = self.without_ghosts(frame, cancel)?;
-        if self.every > 1 {
-            let taken = self.every_nth(frame, cancel)?;
-            mask = both(mask, taken);
-        }
-        if let Some(Region { min, max }) = self.region {
-            let inside = frame.coordinates_as(&InRanges { min, max }, cancel)?;
-            let taken = inside.as_chunks::<3>().0.par_iter().map(|axes| axes.iter().all(|&a| a)).collect();
-            mask = both(mask, taken);
-        }
-        Ok(mask)
+    /// Looks at `frame` as far as it takes to filter its blocks; `None` where all points are taken.
+    pub fn of<'a>(&self, frame: &'a FrameData, cancel: &Cancel) -> Result<Option<FrameFilter<'a>>, Error> {
+        let not_ghosts = self.without_ghosts(frame, cancel)?;
+        let every = if self.every > 1 { Some(self.every_nth(frame, cancel)?) } else { None };
+        let region = self
+            .region
+            .map(|Region { min, max }| Ok::<_, Error>((InRanges { min, max }, frame.positions_array()?)));
+        let filter = FrameFilter { not_ghosts, every, region: region.transpose()? };
+        Ok(Some(filter).filter(|f| f.not_ghosts.is_some() || f.every.is_some() || f.region.is_some()))
     }
 
-    fn every_nth(&self, frame: &FrameData, cancel: &Cancel) -> Result<Vec<bool>, Error> {
-        let every = self.every;
-        if let Some(ids) = frame.id_attribute() {
-            let ids = frame.values(ids, &ToU64, cancel)?;
-            let taken: Vec<bool> = ids.par_iter().map(|id| id.is_multiple_of(every)).collect();
-            let count = taken.par_iter().filter(|taken| **taken).count() as u64;
-            let expected = ids.len() as u64 / every;
-            // Ids with gaps of their own, all even for example, would give all or nothing.
-            if count.abs_diff(expected) <= 1 + expected / 4 {
-                return Ok(taken);
-            }
+    fn every_nth<'a>(&self, frame: &'a FrameData, cancel: &Cancel) -> Result<EveryNth<'a>, Error> {
+        let mut by_id = EveryNth { every: self.every, ids: None };
+        let Some(ids) = frame.id_attribute() else { return Ok(by_id) };
+        by_id.ids = Some(frame.attribute_array(ids)?);
+        let mut count = 0_u64;
+        for block in frame.blocks() {
+            count += by_id.block(&block, cancel)?.into_iter().filter(|taken| *taken).count() as u64;
         }
-        Ok((0..frame.points as u64).into_par_iter().map(|i| i.is_multiple_of(every)).collect())
+        let expected = frame.points as u64 / self.every;
+        // Ids with gaps of their own, all even for example, would give all or nothing.
+        if count.abs_diff(expected) > 1 + expected / 4 {
+            by_id.ids = None;
+        }
+        Ok(by_id)
     }
 
     /// Which points are no ghosts; `None` for all, or where ghosts are kept.
@@ -100,14 +101,48 @@ impl Filter {
     }
 }
 
-fn both(mask: Option<Vec<bool>>, taken: Vec<bool>) -> Option<Vec<bool>> {
-    Some(match mask {
-        None => taken,
-        Some(mut mask) => {
-            std::iter::zip(&mut mask, taken).for_each(|(mask, taken)| *mask &= taken);
-            mask
+/// A filter tied to a frame.
+pub(crate) struct FrameFilter<'a> {
+    /// One for each point: which are ghosts is known only when all cells were looked at.
+    not_ghosts: Option<Vec<bool>>,
+    every: Option<EveryNth<'a>>,
+    region: Option<(InRanges, FrameArray<'a>)>,
+}
+
+impl FrameFilter<'_> {
+    /// Which points of `block` are taken.
+    pub fn block(&self, block: &Block, cancel: &Cancel) -> Result<Vec<bool>, Error> {
+        let points = block.first..block.first + block.len();
+        let mut mask = match &self.not_ghosts {
+            Some(not_ghosts) => not_ghosts[points].to_vec(),
+            None => vec![true; block.len()],
+        };
+        if let Some(every) = &self.every {
+            std::iter::zip(&mut mask, every.block(block, cancel)?).for_each(|(mask, taken)| *mask &= taken);
         }
-    })
+        if let Some((ranges, positions)) = &self.region {
+            let inside = positions.values(block, ranges, cancel)?;
+            std::iter::zip(&mut mask, inside.as_chunks::<3>().0)
+                .for_each(|(mask, axes)| *mask &= axes.iter().all(|inside| *inside));
+        }
+        Ok(mask)
+    }
+}
+
+/// Every n-th point, by its id or by its index.
+struct EveryNth<'a> {
+    every: u64,
+    ids: Option<FrameArray<'a>>,
+}
+
+impl EveryNth<'_> {
+    fn block(&self, block: &Block, cancel: &Cancel) -> Result<Vec<bool>, Error> {
+        let taken = |number: u64| number.is_multiple_of(self.every);
+        Ok(match &self.ids {
+            Some(ids) => ids.values(block, &ToU64, cancel)?.into_iter().map(taken).collect(),
+            None => (block.first..block.first + block.len()).map(|index| taken(index as u64)).collect(),
+        })
+    }
 }
 
 #[cfg(test)]

@@ -1,5 +1,9 @@
 //! The particles of one time: all parts and pieces as if they were one file.
 
+mod blocks;
+mod selector;
+
+use std::collections::HashSet;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 
@@ -8,11 +12,13 @@ use meniscus_core::Cancel;
 use crate::array::{CheckedArray, DataArray, check};
 use crate::dataset::{Dataset, Piece};
 use crate::discover::TimeStep;
-use crate::expression::{Column, Expression, Part};
-use crate::info::value_counts;
+use crate::expression::Expression;
 use crate::scalar::{Convert, Recentre, ScalarType, ToF64};
 use crate::sink::Sink;
 use crate::{Error, IoMode};
+
+pub(crate) use blocks::{Block, FrameArray};
+pub(crate) use selector::Selector;
 
 /// An attribute that every piece has.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,6 +26,16 @@ pub(crate) struct AttributeInfo {
     pub name: String,
     pub components: usize,
     pub ty: ScalarType,
+    /// Its place in the first piece, which mostly is its place in all.
+    place: usize,
+}
+
+impl AttributeInfo {
+    /// Its array in `piece`.
+    fn find_in<'p>(&self, piece: &'p Piece) -> Option<&'p DataArray> {
+        let is_it = |array: &&DataArray| array.name == self.name;
+        piece.attributes.get(self.place).filter(is_it).or_else(|| piece.attributes.iter().find(is_it))
+    }
 }
 
 /// The pieces that hold particles at one time.
@@ -111,7 +127,7 @@ impl FrameData {
         })
     }
 
-    fn attribute_names(&self) -> String {
+    pub fn attribute_names(&self) -> String {
         if self.attributes.is_empty() {
             return "none".into();
         }
@@ -137,7 +153,7 @@ impl FrameData {
         let arrays = self.check(|piece| piece.positions.as_ref())?;
         let Some(first) = arrays.first() else { return Ok([0.0; 3]) };
         let mut values = vec![0.0; first.len().min(3 * 1024)];
-        first.decode(&ToF64, values.as_mut_slice(), cancel)?;
+        first.decode(&ToF64, 0, values.as_mut_slice(), cancel)?;
         let finite = |p: &&[f64; 3]| p.iter().all(|c| c.is_finite());
         Ok(values.as_chunks::<3>().0.iter().find(finite).copied().unwrap_or_default())
     }
@@ -160,14 +176,43 @@ impl FrameData {
         self.decode_all(&arrays, &Recentre { origin }, out, cancel)
     }
 
-    /// Coordinates in the file's space, x, y, z, x, ...
-    pub fn coordinates(&self, cancel: &Cancel) -> Result<Vec<f64>, Error> {
-        self.coordinates_as(&ToF64, cancel)
+    /// The frame in blocks, in the order of its points.
+    pub fn blocks(&self) -> impl Iterator<Item = Block> + use<> {
+        let pieces: Vec<usize> = self.pieces.iter().map(|piece| piece.points).collect();
+        let mut start = 0;
+        pieces.into_iter().enumerate().flat_map(move |(piece, points)| {
+            let before = start;
+            start += points;
+            (0..points).step_by(blocks::BLOCK).map(move |at| Block {
+                piece,
+                range: at..points.min(at + blocks::BLOCK),
+                first: before + at,
+            })
+        })
     }
 
-    /// Coordinates as `convert` gives them, x, y, z, x, ...
-    pub fn coordinates_as<C: Convert>(&self, convert: &C, cancel: &Cancel) -> Result<Vec<C::Out>, Error> {
-        self.collect(|piece| piece.positions.as_ref(), convert, cancel)
+    /// The coordinates in the file's space, to be read in blocks.
+    pub fn positions_array(&self) -> Result<FrameArray<'_>, Error> {
+        self.array(3, self.point_type().unwrap_or(ScalarType::F64), |piece| piece.positions.as_ref())
+    }
+
+    /// `attribute`, to be read in blocks.
+    pub fn attribute_array(&self, attribute: &AttributeInfo) -> Result<FrameArray<'_>, Error> {
+        self.array(attribute.components, attribute.ty, |piece| attribute.find_in(piece))
+    }
+
+    fn array(
+        &self,
+        components: usize,
+        ty: ScalarType,
+        find: impl Fn(&Piece) -> Option<&DataArray>,
+    ) -> Result<FrameArray<'_>, Error> {
+        Ok(FrameArray { arrays: self.check(find)?, components, ty, bytes_read: &self.bytes_read })
+    }
+
+    /// `expression` over the points of this frame.
+    pub fn selector<'a>(&'a self, expression: &'a Expression) -> Result<Selector<'a>, Error> {
+        Selector::new(self, expression)
     }
 
     /// Which points are no ghosts; `None` when none is.
@@ -189,7 +234,7 @@ impl FrameData {
         convert: &C,
         cancel: &Cancel,
     ) -> Result<Vec<C::Out>, Error> {
-        self.collect(|piece| piece.attributes.iter().find(|a| a.name == attribute.name), convert, cancel)
+        self.collect(|piece| attribute.find_in(piece), convert, cancel)
     }
 
     /// The tuples of `attribute` at the points `indices`, which rise.
@@ -200,7 +245,7 @@ impl FrameData {
         convert: &C,
         cancel: &Cancel,
     ) -> Result<Vec<C::Out>, Error> {
-        let arrays = self.check(|piece| piece.attributes.iter().find(|a| a.name == attribute.name))?;
+        let arrays = self.check(|piece| attribute.find_in(piece))?;
         let mut out = Vec::with_capacity(indices.len() * attribute.components);
         let (mut rest, mut first) = (indices, 0);
         for array in arrays {
@@ -250,110 +295,27 @@ impl FrameData {
         let mut rest = out;
         for array in arrays {
             let (head, tail) = rest.split_at(array.len());
-            array.decode(convert, head, cancel)?;
+            array.decode(convert, 0, head, cancel)?;
             self.bytes_read.fetch_add(array.stored_bytes(), Ordering::Relaxed);
             rest = tail;
         }
         Ok(())
     }
 
-    /// Which points `expression` selects.
-    pub fn select(&self, expression: &Expression, cancel: &Cancel) -> Result<Vec<bool>, Error> {
-        use rayon::prelude::*;
-        let columns = expression
-            .columns()
-            .iter()
-            .map(|column| self.column(expression, column, cancel))
-            .collect::<Result<Vec<_>, _>>()?;
-        check(cancel)?;
-        Ok((0..self.points)
-            .into_par_iter()
-            .map(|point| expression.matches(&|column| columns[column].value(point)))
-            .collect())
+    /// Whether `expression` selects any point.
+    pub fn has_match(&self, expression: &Expression, cancel: &Cancel) -> Result<bool, Error> {
+        let selector = self.selector(expression)?;
+        for block in self.blocks() {
+            if selector.block(&block, cancel)?.contains(&true) {
+                return Ok(true);
+            }
+        }
+        Ok(false)
     }
 
     /// What the quantities of `expression` are here: `; type has the values 0, 1, 2`, `; z is from 0 to 2.5`.
     pub fn describe_values(&self, expression: &Expression, cancel: &Cancel) -> Result<String, Error> {
-        let mut text = String::new();
-        for (i, column) in expression.columns().iter().enumerate() {
-            let same = |other: &Column| (&other.name, other.part) == (&column.name, column.part);
-            if expression.columns()[..i].iter().any(same) {
-                continue;
-            }
-            let values = self.column(expression, column, cancel)?;
-            let values: Vec<f64> =
-                (0..self.points).map(|point| values.value(point)).filter(|value| value.is_finite()).collect();
-            text += &format!("; {column} {}", describe_values(&values));
-        }
-        Ok(text)
-    }
-
-    fn column(&self, expression: &Expression, column: &Column, cancel: &Cancel) -> Result<Values, Error> {
-        if let Some(attribute) = self.attribute(&column.name) {
-            let components = attribute.components;
-            if let Part::Component(index) = column.part
-                && index >= components
-            {
-                let message = format!("{:?} has {components} components, the first is 0", attribute.name);
-                return Err(expression.error_at(column, message).into());
-            }
-            let values = self.values(attribute, &ToF64, cancel)?;
-            return Ok(Values { values, components, part: column.part });
-        }
-        let axis = ["x", "y", "z"].iter().position(|axis| column.name.eq_ignore_ascii_case(axis));
-        match (axis, column.part) {
-            (Some(axis), Part::Whole) => {
-                let part = Part::Component(axis);
-                Ok(Values { values: self.coordinates(cancel)?, components: 3, part })
-            }
-            (None, Part::Whole) if column.name.eq_ignore_ascii_case("id") => {
-                let values = match self.id_attribute() {
-                    Some(ids) => self.values(ids, &ToF64, cancel)?,
-                    None => (0..self.points).map(|i| i as f64).collect(),
-                };
-                Ok(Values { values, components: 1, part: Part::Whole })
-            }
-            _ => {
-                // Where the file has no id of that name, the index in the file answers to it.
-                let id = if self.id_attribute().is_some_and(|a| a.name == "id") { "" } else { "id, " };
-                let names = self.attribute_names();
-                let message = format!("no attribute {:?}; there are: x, y, z, {id}{names}", column.name);
-                Err(expression.error_at(column, message).into())
-            }
-        }
-    }
-}
-
-/// A column of an expression, decoded.
-struct Values {
-    values: Vec<f64>,
-    components: usize,
-    part: Part,
-}
-
-impl Values {
-    fn value(&self, point: usize) -> f64 {
-        let tuple = &self.values[point * self.components..(point + 1) * self.components];
-        match (self.part, tuple) {
-            (Part::Component(index), _) => tuple[index],
-            (Part::Whole, [value]) => *value,
-            (Part::Whole, _) => tuple.iter().map(|v| v * v).sum::<f64>().sqrt(),
-        }
-    }
-}
-
-/// The values themselves where they are few whole numbers, else their range.
-fn describe_values(values: &[f64]) -> String {
-    let whole = values.iter().all(|value| value.fract() == 0.0);
-    if let Some(counts) = value_counts(values).filter(|counts| whole && !counts.is_empty()) {
-        let list: Vec<String> = counts.iter().map(|count| count.value.to_string()).collect();
-        return format!("has the value{} {}", if list.len() == 1 { "" } else { "s" }, list.join(", "));
-    }
-    let low = values.iter().copied().reduce(f64::min);
-    let high = values.iter().copied().reduce(f64::max);
-    match (low, high) {
-        (Some(low), Some(high)) => format!("is from {} to {}", low as f32, high as f32),
-        _ => "has no finite value".into(),
+        self.selector(expression)?.describe(self, cancel)
     }
 }
 
@@ -368,13 +330,14 @@ fn all_meshes(pieces: &[Piece], cancel: &Cancel) -> Result<bool, Error> {
 
 fn common_attributes(pieces: &[Piece]) -> Vec<AttributeInfo> {
     let Some((first, others)) = pieces.split_first() else { return Vec::new() };
-    let mut list: Vec<AttributeInfo> = Vec::new();
-    for array in &first.attributes {
-        let everywhere = others.iter().all(|piece| {
-            piece.attributes.iter().any(|a| a.name == array.name && a.components == array.components)
-        });
-        if everywhere && !list.iter().any(|known| known.name == array.name) {
-            list.push(AttributeInfo { name: array.name.clone(), components: array.components, ty: array.ty });
+    let (mut list, mut names) = (Vec::new(), HashSet::new());
+    for (place, array) in first.attributes.iter().enumerate() {
+        let (name, components, ty) = (array.name.clone(), array.components, array.ty);
+        let attribute = AttributeInfo { name, components, ty, place };
+        let is_it = |found: &DataArray| found.components == components;
+        let everywhere = || others.iter().all(|piece| attribute.find_in(piece).is_some_and(is_it));
+        if names.insert(array.name.as_str()) && everywhere() {
+            list.push(attribute);
         }
     }
     list

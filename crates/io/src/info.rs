@@ -1,9 +1,9 @@
 //! What a frame of a file holds, as `meniscus info` prints it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use meniscus_core::{Cancel, Look, SpacingSource, UpAxis};
-use rayon::prelude::*;
 use serde::{Serialize, Serializer};
 
 use crate::Error;
@@ -13,7 +13,7 @@ use crate::series::sets::{self, SetSource};
 use crate::series::{Series, companions};
 
 /// Integer attributes with at most this many values are listed value by value.
-pub(crate) const MAX_LISTED_VALUES: usize = 32;
+const MAX_LISTED_VALUES: usize = 32;
 
 /// A frame of the file as it is: numbers of the whole file, before any selection, in the file's coordinates.
 #[derive(Clone, Debug, Serialize)]
@@ -109,7 +109,7 @@ fn as_texts<S: Serializer>(paths: &[PathBuf], serializer: S) -> Result<S::Ok, S:
 pub(crate) fn describe(series: &Series, index: usize, stats: bool) -> Result<FrameInfo, Error> {
     let cancel = Cancel::default();
     let frame = series.frame_data(index, &cancel)?;
-    let coordinates = Coordinates::of(&frame.coordinates(&cancel)?);
+    let coordinates = Coordinates::of(&frame, &cancel)?;
     let attributes = frame
         .attributes()
         .iter()
@@ -149,9 +149,6 @@ struct Coordinates {
     lost: [f64; 3],
 }
 
-/// Points summed at a time; fixed, so that the sum does not depend on the number of threads.
-const PIECE: usize = 1 << 16;
-
 impl Coordinates {
     const EMPTY: Self = Self {
         finite: 0,
@@ -161,18 +158,24 @@ impl Coordinates {
         lost: [0.0; 3],
     };
 
-    fn of(values: &[f64]) -> Self {
-        let pieces: Vec<Self> = values.as_chunks::<3>().0.par_chunks(PIECE).map(Self::of_piece).collect();
-        pieces.into_iter().fold(Self::EMPTY, |mut whole, piece| {
-            whole.finite += piece.finite;
-            for axis in 0..3 {
-                whole.min[axis] = whole.min[axis].min(piece.min[axis]);
-                whole.max[axis] = whole.max[axis].max(piece.max[axis]);
-                whole.add(axis, piece.sum[axis]);
-                whole.lost[axis] += piece.lost[axis];
-            }
-            whole
-        })
+    fn of(frame: &FrameData, cancel: &Cancel) -> Result<Self, Error> {
+        let positions = frame.positions_array()?;
+        let mut whole = Self::EMPTY;
+        for block in frame.blocks() {
+            let values = positions.values(&block, &ToF64, cancel)?;
+            whole.add_block(&Self::of_piece(values.as_chunks::<3>().0));
+        }
+        Ok(whole)
+    }
+
+    fn add_block(&mut self, block: &Self) {
+        self.finite += block.finite;
+        for axis in 0..3 {
+            self.min[axis] = self.min[axis].min(block.min[axis]);
+            self.max[axis] = self.max[axis].max(block.max[axis]);
+            self.add(axis, block.sum[axis]);
+            self.lost[axis] += block.lost[axis];
+        }
     }
 
     fn of_piece(points: &[[f64; 3]]) -> Self {
@@ -214,34 +217,58 @@ fn summarise(
 ) -> Result<AttributeSummary, Error> {
     let components = attribute.components;
     let countable = components == 1 && attribute.ty.is_integer();
-    let values = if stats || countable { frame.values(attribute, &ToF64, cancel)? } else { Vec::new() };
-    let range = |pick: fn(f64, f64) -> f64| {
-        let of = |component: usize| {
-            let finite = values.iter().skip(component).step_by(components).filter(|v| v.is_finite());
-            finite.copied().reduce(pick)
-        };
-        stats.then(|| (0..components).map(of).collect())
-    };
+    let mut limits: Vec<Option<(f64, f64)>> = vec![None; components];
+    let mut counts = ValueCounts::default();
+    if stats || countable {
+        let array = frame.attribute_array(attribute)?;
+        for block in frame.blocks() {
+            let values = array.values(&block, &ToF64, cancel)?;
+            for (limits, component) in std::iter::zip(&mut limits, 0..) {
+                let finite = values.iter().skip(component).step_by(components).filter(|v| v.is_finite());
+                *limits = finite.fold(*limits, |limits, &v| {
+                    Some(limits.map_or((v, v), |(low, high): (f64, f64)| (low.min(v), high.max(v))))
+                });
+            }
+            if countable {
+                values.into_iter().for_each(|value| counts.add(value));
+            }
+            if !stats && counts.are_too_many() {
+                break;
+            }
+        }
+    }
+    let side = |pick: fn((f64, f64)) -> f64| stats.then(|| limits.iter().map(|l| l.map(pick)).collect());
     Ok(AttributeSummary {
         name: attribute.name.clone(),
         components,
         ty: attribute.ty.name(),
-        min: range(f64::min),
-        max: range(f64::max),
-        values: if countable { value_counts(&values).unwrap_or_default() } else { Vec::new() },
+        min: side(|(low, _)| low),
+        max: side(|(_, high)| high),
+        values: counts.into_list().unwrap_or_default(),
     })
 }
 
-/// How often each whole number occurs, in rising order; `None` when there are more than [`MAX_LISTED_VALUES`].
-pub(crate) fn value_counts(values: &[f64]) -> Option<Vec<ValueCount>> {
-    let mut counts = std::collections::BTreeMap::new();
-    for &value in values {
-        *counts.entry(value as i64).or_insert(0) += 1;
-        if counts.len() > MAX_LISTED_VALUES {
-            return None;
+/// How often each whole number occurs, as long as there are few.
+#[derive(Clone, Default)]
+pub(crate) struct ValueCounts(BTreeMap<i64, u64>);
+
+impl ValueCounts {
+    pub fn add(&mut self, value: f64) {
+        if !self.are_too_many() {
+            *self.0.entry(value as i64).or_insert(0) += 1;
         }
     }
-    Some(counts.into_iter().map(|(value, count)| ValueCount { value, count }).collect())
+
+    /// Whether there are more than [`MAX_LISTED_VALUES`] different ones.
+    pub fn are_too_many(&self) -> bool {
+        self.0.len() > MAX_LISTED_VALUES
+    }
+
+    /// In rising order; `None` when there are too many.
+    pub fn into_list(self) -> Option<Vec<ValueCount>> {
+        let list = |(value, count)| ValueCount { value, count };
+        (!self.are_too_many()).then(|| self.0.into_iter().map(list).collect())
+    }
 }
 
 fn set_summaries(
@@ -250,16 +277,15 @@ fn set_summaries(
     frame: &FrameData,
     cancel: &Cancel,
 ) -> Result<Vec<SetSummary>, Error> {
-    let assigned = sets::assign(series.sets(), frame, cancel)?;
+    let counts = sets::count(series.sets(), frame, cancel)?;
     let mut summaries = Vec::new();
-    for (i, plan) in series.sets().iter().enumerate() {
-        let points = match (&plan.source, &assigned) {
-            (SetSource::Files(steps), _) => match companions::companion(steps, index, frame.time) {
+    for (plan, count) in std::iter::zip(series.sets().iter(), counts) {
+        let points = match &plan.source {
+            SetSource::Files(steps) => match companions::companion(steps, index, frame.time) {
                 Some(step) => FrameData::open(step, series.sets().io_mode, cancel)?.points,
                 None => 0,
             },
-            (_, Some(assigned)) => assigned.iter().filter(|&&set| usize::from(set) == i).count(),
-            (_, None) => frame.points,
+            _ => count,
         };
         summaries.push(SetSummary { name: plan.name.clone(), look: plan.look, points });
     }

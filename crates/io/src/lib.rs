@@ -1,9 +1,11 @@
 //! Readers for VTK particle files and their series, and a small writer.
 //!
 //! [`Series::open`] takes what users have: a file, a `.pvd` or `.series` file, a folder, a glob or a pattern. Files are
-//! memory-mapped; only positions, identities and the attributes asked for are decoded, straight to the type wanted.
+//! memory-mapped or read in blocks; only positions, identities and the attributes asked for are decoded, straight to the type
+//! wanted.
 //!
-//! Layers, bottom first: `codec` and `scalar` turn bytes into numbers, `array` knows where an array's bytes lie, `format`
+//! Layers, bottom first: `input_file` gives ranges of a file and `forward` walks through it, `codec` and `scalar` turn bytes
+//! into numbers, `array` knows where an array's bytes lie, `format`
 //! finds the arrays of a file, `dataset` and `frame_data` put pieces and parts together, `discover` finds the files of a
 //! series, `analysis` finds out what users were not asked, and `series` is what everybody else sees.
 
@@ -18,9 +20,10 @@ mod error;
 pub mod expression;
 mod filter;
 mod format;
+mod forward;
 mod frame_data;
 mod info;
-mod mapped;
+mod input_file;
 mod options;
 mod scalar;
 mod series;

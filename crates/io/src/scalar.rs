@@ -68,21 +68,22 @@ impl ScalarType {
             .find(|ty| ty.name().eq_ignore_ascii_case(name))
     }
 
-    /// From the legacy format's name, e.g. `unsigned_char`. `long` has 8 bytes, as where VTK files are written today.
+    /// From the legacy format's name, e.g. `unsigned_char`. `long` has 8 bytes, as where VTK files are written today; names
+    /// with sizes are also written by meshio.
     pub fn from_legacy(name: &str) -> Option<Self> {
         Some(match name.to_ascii_lowercase().as_str() {
             "bit" => Self::Bit,
-            "char" | "signed_char" => Self::I8,
-            "unsigned_char" => Self::U8,
-            "short" => Self::I16,
-            "unsigned_short" => Self::U16,
+            "char" | "signed_char" | "vtktypeint8" => Self::I8,
+            "unsigned_char" | "vtktypeuint8" => Self::U8,
+            "short" | "vtktypeint16" => Self::I16,
+            "unsigned_short" | "vtktypeuint16" => Self::U16,
             "int" | "vtktypeint32" => Self::I32,
-            "unsigned_int" => Self::U32,
+            "unsigned_int" | "vtktypeuint32" => Self::U32,
             "vtkidtype" => Self::Id,
             "long" | "vtktypeint64" | "long_long" => Self::I64,
             "unsigned_long" | "unsigned_long_long" | "vtktypeuint64" => Self::U64,
-            "float" => Self::F32,
-            "double" => Self::F64,
+            "float" | "vtktypefloat32" => Self::F32,
+            "double" | "vtktypefloat64" => Self::F64,
             _ => return None,
         })
     }

@@ -94,6 +94,27 @@ fn legacy_ascii_with_every_section() {
     }
 }
 
+/// As meshio writes them in version 5.1.
+#[test]
+fn legacy_types_by_size() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let names =
+        ["int8", "uint8", "int16", "uint16", "int32", "uint32", "int64", "uint64", "float32", "float64"];
+    let arrays: String = names.iter().map(|name| format!("{name} 1 1 vtktype{name}\n7\n")).collect();
+    let text = format!(
+        "# vtk DataFile Version 5.1\nx\nASCII\nDATASET POLYDATA\nPOINTS 1 vtktypefloat64\n1 2 3\nPOINT_DATA 1\n\
+         FIELD FieldData {}\n{arrays}",
+        names.len()
+    );
+    let (info, _) = open(&put(folder.path(), "sizes.vtk", text)).expect("opens");
+    assert_eq!(info.point_type, Some("Float64"));
+    for attribute in &info.attributes {
+        assert_eq!(attribute.ty.to_lowercase(), attribute.name);
+        assert_eq!(attribute.min, Some(vec![Some(7.0)]));
+    }
+    assert_eq!(info.attributes.len(), names.len());
+}
+
 #[test]
 fn legacy_binary_whose_payload_looks_like_text() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -115,6 +136,13 @@ fn wild_spellings() {
         ("format.vtu", plain.replace("format=", "Format =  ")),
         ("comment.vtu", plain.replace("<Points>", "<!-- <Piece> > --><Points>")),
         ("comment_in_data.vtu", plain.replace(" 1023.75 ", " <!-- a point --> 1023.75 ")),
+        (
+            "only_blanks_between.vtu",
+            plain.replace(" 1023.75 ", "<!-- a --> <!-- b -->1023.75<!-- c --> \n<!-- d -->"),
+        ),
+        ("cdata.vtu", plain.replace(" 1023.75 ", " <![CDATA[1023]]>.<![CDATA[75 ]]>")),
+        ("letter.vtu", plain.replace(" 1023.75 ", " 1&#48;23.75&#x20;")),
+        ("upper.vtu", plain.replace("'ascii'", "'ASCII'").replace("'LittleEndian'", "'littleendian'")),
         (
             "key.vtu",
             plain.replace("</DataArray>", "<InformationKey name='x'>7 7</InformationKey></DataArray>"),
@@ -143,6 +171,81 @@ fn parallel_files_and_their_faults() {
     for (name, sources) in [("missing.pvtu", ["a.vtu", "none.vtu"]), ("self.pvtu", ["a.vtu", "self.pvtu"])] {
         let error = open(&put(folder.path(), name, parallel(&sources))).expect_err(name).to_string();
         assert!(error.contains("piece 1") && error.contains(sources[1]), "{error}");
+    }
+}
+
+/// Written by programs on Windows; also in series.
+#[cfg(unix)]
+#[test]
+fn backslashes_separate_folders_where_no_file_has_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    std::fs::create_dir(folder.path().join("sub")).expect("created");
+    put(folder.path(), "sub/a.vtu", Xml::plain(Format::AppendedRaw).bytes());
+    let one = Xml { pieces: &[1], ..Xml::plain(Format::Ascii) }.bytes();
+    put(folder.path(), "sub\\b.vtu", one);
+    put(folder.path(), "sub/b.vtu", Xml::plain(Format::AppendedRaw).bytes());
+    let pieces = r"<Piece Source='sub\a.vtu'/><Piece Source='sub\b.vtu'/>";
+    let text = format!(
+        "<VTKFile type='PUnstructuredGrid'><PUnstructuredGrid>{pieces}</PUnstructuredGrid></VTKFile>"
+    );
+    assert_eq!(open(&put(folder.path(), "ab.pvtu", text)).expect("opens").0.points, 11);
+    let entry = r"<DataSet timestep='0' file='sub\a.vtu'/>";
+    let text = format!("<VTKFile type='Collection'><Collection>{entry}</Collection></VTKFile>");
+    assert_eq!(open(&put(folder.path(), "a.pvd", text)).expect("opens").0.points, 10);
+}
+
+/// Putting together what comments take apart must not copy all before each of them; this one would take hours.
+#[test]
+fn a_comment_at_every_number_is_no_bomb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let count = 500_000;
+    let numbers = "1 2 3<!---->\n".repeat(count);
+    let text = format!(
+        "<VTKFile type='PolyData'><PolyData><Piece NumberOfPoints='{count}'><Points><DataArray type='Float32' \
+         NumberOfComponents='3' format='ascii'>{numbers}</DataArray></Points></Piece></PolyData></VTKFile>"
+    );
+    let (info, _) = open(&put(folder.path(), "comments.vtp", text)).expect("opens");
+    assert_eq!((info.points, info.centroid), (count, Some([1.0, 2.0, 3.0])));
+}
+
+/// Looking for each name among all would take minutes, as would keeping all that is empty.
+#[test]
+fn very_many_arrays_and_pieces_are_no_bomb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let arrays: String = (0..50_000)
+        .map(|i| {
+            format!(
+                "<DataArray type='Int8' Name='{i}' NumberOfComponents='2' format='ascii'>1 {}</DataArray>",
+                i % 9
+            )
+        })
+        .collect();
+    let text = format!(
+        "<VTKFile type='PolyData'><PolyData>{}<Piece NumberOfPoints='1'><PointData>{arrays}</PointData><Points>\
+         <DataArray type='Float32' NumberOfComponents='3' format='ascii'>1 2 3</DataArray></Points></Piece>\
+         </PolyData></VTKFile>",
+        "<Piece/>".repeat(1_000_000)
+    );
+    let path = put(folder.path(), "many.vtp", text);
+    let info = Series::open(&path, &SeriesOptions::default()).and_then(|series| series.frame_info(0, true));
+    let info = info.expect("opens");
+    assert_eq!((info.points, info.attributes.len()), (1, 50_000));
+    assert_eq!(info.attributes[49_999].max, Some(vec![Some(1.0), Some(f64::from(49_999 % 9))]));
+}
+
+#[test]
+fn what_no_file_needs_is_refused_before_it_is_looked_into() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let plain = String::from_utf8(Xml::plain(Format::Ascii).bytes()).expect("text");
+    let attributes: String = (0..200_000).map(|i| format!(" a{i}=''")).collect();
+    let long = "x".repeat(65 << 20);
+    for (name, text, words) in [
+        ("attributes.vtu", plain.replace("<Points>", &format!("<Points{attributes}>")), "attributes"),
+        ("comment.vtu", plain.replace("<Points>", &format!("<!--{long}--><Points>")), "longer than"),
+        ("open.vtu", format!("{plain}<!--{long}"), "longer than"),
+    ] {
+        let error = open(&put(folder.path(), name, text)).expect_err(name).to_string();
+        assert!(error.contains(words) && error.contains("byte "), "{error}");
     }
 }
 
@@ -228,7 +331,7 @@ fn series_of_every_spelling() {
         (0..series.frame_count()).map(name).collect()
     };
     let expected = ["water_2.vtu", "water_9.vtu", "water_10.vtu", "water_11.vtu"];
-    for input in ["", "*.vtu", "water_*.vtu", "water_%d.vtu"] {
+    for input in ["", "*.vtu", "water_*.vtu", "water_%d.vtu", "water_%i.vtu"] {
         assert_eq!(names(input), expected, "{input:?}");
     }
     assert_eq!(names("water_%02d.vtu"), expected[2..]);

@@ -4,7 +4,7 @@ mod common;
 
 use std::path::{Path, PathBuf};
 
-use common::xml::{Format, Xml};
+use common::xml::{Format, Packing, Xml};
 use meniscus_core::{Cancel, FrameRequest, FrameSource};
 use meniscus_io::{Error, Region, Series, SeriesOptions};
 
@@ -43,6 +43,43 @@ fn every_nth_goes_by_id_else_by_index() {
     ] {
         let options = SeriesOptions { every: Some(every), ..Default::default() };
         assert_eq!(x_of(&with_ids(ids), &options).expect("opens"), expected, "every {every} of {ids}");
+    }
+}
+
+/// More points than one block has, in two pieces: what is selected is what a look at all of them selects.
+#[test]
+fn many_points_are_selected_by_their_own_values() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (format, packing) in [
+        (Format::AppendedRaw, Packing::None),
+        (Format::AppendedRaw, Packing::Zlib),
+        (Format::Inline, Packing::None),
+        (Format::Ascii, Packing::None),
+    ] {
+        let case = Xml { packing, block: 32_768, pieces: &[70_001, 150_000], ..Xml::plain(format) };
+        let path = folder.path().join("many.vtu");
+        std::fs::write(&path, case.bytes()).expect("written");
+        let options = SeriesOptions {
+            where_expr: Some("x > 20000 and id > 1099511807779".into()),
+            region: Some(",,,-1000,,".parse().expect("a box")),
+            every: Some(7),
+            ..Default::default()
+        };
+        let series = Series::open(&path, &options).expect("opens");
+        let request = FrameRequest { attributes: vec!["density".into()] };
+        let frame = series.read(0, &request, &Cancel::default()).expect("reads");
+        let is_in = |i: &usize| {
+            let [x, y, _] = Xml::point(*i);
+            x > 20_000.0 && y <= -1000.0 && Xml::id(*i) > 1_099_511_807_779 && Xml::id(*i) % 7 == 0
+        };
+        let expected: Vec<usize> = (0..220_001).filter(is_in).collect();
+        let water = &frame.sets[0].particles;
+        let ids: Vec<u64> = expected.iter().map(|&i| Xml::id(i) as u64).collect();
+        let densities: Vec<f32> = expected.iter().map(|&i| Xml::density(i) as f32).collect();
+        assert_eq!(water.ids, ids, "{format:?} {packing:?}");
+        assert_eq!(water.attributes[0].values, densities, "{format:?} {packing:?}");
+        assert_eq!(water.positions.len(), ids.len());
+        assert_eq!(series.frame_info(0, false).expect("reads").sets[0].points, ids.len());
     }
 }
 

@@ -10,9 +10,11 @@ use meniscus_io::writer::{
 use meniscus_io::{Error, Series, SeriesOptions, SetSpec};
 
 type Write = fn(&Path, &WriteParticles<'_>) -> Result<(), Error>;
-const FORMATS: [(&str, Write); 10] = [
+const FORMATS: [(&str, Write); 12] = [
     ("raw.vtu", write_vtu_raw),
     ("zlib.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Zlib))),
+    ("lz4.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Lz4))),
+    ("lzma.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Lzma))),
     ("ascii.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Ascii))),
     ("base64.vtu", |path, p| write(path, p, Format::Vtu(Encoding::Base64))),
     ("raw.vtp", |path, p| write(path, p, Format::Vtp(Encoding::Raw))),
@@ -274,6 +276,8 @@ fn conversion_keeps_numbers_types_and_the_selection() {
         ("c.vtp", Format::Vtp(Encoding::Ascii)),
         ("d.vtp", Format::Vtp(Encoding::Zlib)),
         ("e.vtu", Format::Vtu(Encoding::Base64)),
+        ("f.vtu", Format::Vtu(Encoding::Lz4)),
+        ("g.vtu", Format::Vtu(Encoding::Lzma)),
     ] {
         let path = folder.path().join(name);
         around.convert_frame(0, &path, format, &cancel).expect(name);

@@ -78,3 +78,27 @@ fn every_way_of_reading_gives_the_same_picture() {
         assert!(!said.contains("--io"), "{flags} was asked for: {said}");
     }
 }
+
+/// A parallel file of more pieces than the shell allows open files, each of them longer than what is looked at to open it.
+#[cfg(unix)]
+#[test]
+fn more_pieces_than_the_shell_allows_open_files() {
+    let program = program_with_dam(4000, 1);
+    let piece = "<Piece Source='dam/dam_break_0000.vtu'/>";
+    let file = format!(
+        "<VTKFile type='PUnstructuredGrid'><PUnstructuredGrid>{}</PUnstructuredGrid></VTKFile>",
+        piece.repeat(200)
+    );
+    program.write("many.pvtu", file);
+    let outcome = std::process::Command::new("sh")
+        .args(["-c", "ulimit -Sn 64; exec \"$0\" info many.pvtu --io read --json"])
+        .arg(env!("CARGO_BIN_EXE_meniscus-under-test"))
+        .current_dir(program.path(""))
+        .output()
+        .expect("a shell");
+    let said = String::from_utf8_lossy(&outcome.stderr).into_owned();
+    let info: serde_json::Value =
+        serde_json::from_slice(&outcome.stdout).unwrap_or_else(|_| panic!("{said}"));
+    let pieces = info["frame"]["points"].as_u64().expect("a number") / water(&program, "");
+    assert_eq!(pieces, 200, "{said}");
+}

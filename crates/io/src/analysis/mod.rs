@@ -3,5 +3,6 @@
 pub(crate) mod names;
 pub(crate) mod neighbours;
 pub(crate) mod spacing;
+pub(crate) mod subset;
 pub(crate) mod up;
 pub(crate) mod walls;

@@ -6,6 +6,8 @@ use std::hash::{BuildHasherDefault, Hasher};
 
 use rayon::prelude::*;
 
+use super::subset::Subset;
+
 /// Bits of the filter that tells in one look that a cell is near no sample.
 const FILTER_BITS: u64 = 1 << 20;
 
@@ -65,7 +67,7 @@ fn around(cell: Cell) -> impl Iterator<Item = Cell> {
 impl Neighbourhood {
     /// Collects the particles of `points` within `reach` of any of `samples`, and some more. Where very many share a cell,
     /// those at the same place count once.
-    pub fn collect(points: &[[f32; 3]], samples: &[[f32; 3]], reach: f32) -> Self {
+    pub fn collect(points: &Subset<'_>, samples: &[[f32; 3]], reach: f32) -> Self {
         let mut filter = vec![false; FILTER_BITS as usize];
         let mut index = HashMap::default();
         for cell in samples.iter().flat_map(|sample| around(cell_of(sample, reach))) {
@@ -73,16 +75,23 @@ impl Neighbourhood {
             let next = index.len() as u32;
             index.entry(cell).or_insert(next);
         }
-        let near: Vec<(u32, [f32; 3])> = points
-            .par_iter()
-            .filter_map(|point| {
-                let cell = cell_of(point, reach);
-                let found = if filter[filter_bit(cell)] { index.get(&cell) } else { None };
-                found.map(|&cell| (cell, *point))
+        // In lists as they come: put together, they would be in memory twice.
+        let near: Vec<Vec<(u32, [f32; 3])>> = points
+            .par_blocks()
+            .fold(Vec::new, |mut list, block| {
+                for point in block {
+                    let cell = cell_of(&point, reach);
+                    if filter[filter_bit(cell)]
+                        && let Some(&cell) = index.get(&cell)
+                    {
+                        list.push((cell, point));
+                    }
+                }
+                list
             })
             .collect();
         let mut members = vec![Vec::new(); index.len()];
-        for (cell, point) in near {
+        for (cell, point) in near.into_iter().flatten() {
             members[cell as usize].push(point);
         }
         for pile in members.iter_mut().filter(|members| members.len() > PILE) {

@@ -5,6 +5,7 @@
 //! do not count, and neither the order nor the disorder of the particles matters much. Deterministic.
 
 use super::neighbours::Neighbourhood;
+use super::subset::Subset;
 
 /// Kernel support in spacings: about 113 neighbours in space, 28 in the plane; the sum over a lattice is then within 0.5 %.
 const SUPPORT: f32 = 3.0;
@@ -33,7 +34,7 @@ pub(crate) struct Estimate {
 }
 
 /// Estimates the spacing of `points`, all finite; `flat_axis` has no extent.
-pub(crate) fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimate {
+pub(crate) fn estimate(points: &Subset<'_>, flat_axis: Option<usize>) -> Estimate {
     let [cheap, thorough] = EFFORTS;
     match attempt(points, flat_axis, &cheap) {
         Some(estimate) if estimate.doubt.is_none() => estimate,
@@ -43,7 +44,7 @@ pub(crate) fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimat
 
 /// A length of the data's order, where no particle has neighbours: the extent shared out among the particles, as many along
 /// each dimension of their box.
-fn guess(points: &[[f32; 3]]) -> Estimate {
+fn guess(points: &Subset<'_>) -> Estimate {
     let extents: [f64; 3] = std::array::from_fn(|axis| {
         let values = || points.iter().map(|p| f64::from(p[axis]));
         (values().fold(f64::NEG_INFINITY, f64::max) - values().fold(f64::INFINITY, f64::min)).max(0.0)
@@ -66,9 +67,9 @@ fn guess(points: &[[f32; 3]]) -> Estimate {
 }
 
 /// `None` when the particles have no neighbours.
-fn attempt(points: &[[f32; 3]], flat_axis: Option<usize>, effort: &Effort) -> Option<Estimate> {
+fn attempt(points: &Subset<'_>, flat_axis: Option<usize>, effort: &Effort) -> Option<Estimate> {
     let dimensions = if flat_axis.is_some() { 2 } else { 3 };
-    let samples: Vec<[f32; 3]> = sample(points, effort.samples).copied().collect();
+    let samples: Vec<[f32; 3]> = sample(points, effort.samples).collect();
     let mut guess = occupied_spacing(points, flat_axis)?;
     for _ in 0..8 {
         let reach = 1.1 * SUPPORT * guess;
@@ -88,7 +89,7 @@ fn attempt(points: &[[f32; 3]], flat_axis: Option<usize>, effort: &Effort) -> Op
 
 /// About `count` of `points`, evenly spread over the list; a step prime to most row lengths avoids sampling a lattice along
 /// one of its planes.
-fn sample(points: &[[f32; 3]], count: usize) -> impl Iterator<Item = &[f32; 3]> {
+fn sample(points: &Subset<'_>, count: usize) -> impl Iterator<Item = [f32; 3]> {
     let count = count.min(points.len());
     // The golden ratio's multiples fill the unit interval evenly.
     (0..count).map(move |i| {
@@ -97,17 +98,17 @@ fn sample(points: &[[f32; 3]], count: usize) -> impl Iterator<Item = &[f32; 3]> 
         } else {
             (i as f64 * 0.618_033_988_749_895).fract()
         };
-        &points[((fraction * points.len() as f64) as usize).min(points.len() - 1)]
+        points.get(((fraction * points.len() as f64) as usize).min(points.len() - 1))
     })
 }
 
 /// Upper estimate of the spacing: the volume of the occupied cells of a grid that is refined until few samples share a cell.
 /// `None` without an extent.
-fn occupied_spacing(points: &[[f32; 3]], flat_axis: Option<usize>) -> Option<f32> {
+fn occupied_spacing(points: &Subset<'_>, flat_axis: Option<usize>) -> Option<f32> {
     if points.len() < 2 {
         return None;
     }
-    let samples: Vec<[f32; 3]> = sample(points, 1 << 15).copied().collect();
+    let samples: Vec<[f32; 3]> = sample(points, 1 << 15).collect();
     let mut extent = 0.0_f32;
     for axis in 0..3 {
         let mut values: Vec<f32> = samples.iter().map(|p| p[axis]).collect();
@@ -236,6 +237,10 @@ fn length(v: [f32; 3]) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimate {
+        super::estimate(&Subset::all(points), flat_axis)
+    }
 
     /// Numbers in [0, 1), deterministic (Weyl sequence through a mixing step).
     fn noise(seed: &mut u64) -> f32 {

@@ -5,7 +5,7 @@ use meniscus_core::Cancel;
 use super::names;
 use crate::Error;
 use crate::frame_data::{AttributeInfo, FrameData};
-use crate::info::value_counts;
+use crate::info::ValueCounts;
 use crate::scalar::{ToF32, ToF64};
 
 /// Kinds of particles of which some look like walls.
@@ -16,6 +16,9 @@ pub(crate) struct Walls {
     /// Which particles they are.
     pub members: Vec<bool>,
 }
+
+/// The group of particles that belong to none; there are at most as many groups as [`ValueCounts`] lists.
+const NO_GROUP: u8 = u8::MAX;
 
 /// A share of the fastest group's motion below which a group stands still.
 const STILL: f64 = 1e-3;
@@ -37,22 +40,35 @@ fn kinds(frame: &FrameData) -> impl Iterator<Item = &AttributeInfo> {
     })
 }
 
-/// Looks for walls among the `selected` particles of `frame`. `later`: positions of the same particles at another time.
+/// Looks for walls among the `selected` particles of `frame`. `later`: position of the same particle at another time.
 pub(crate) fn find(
     frame: &FrameData,
     positions: &[[f32; 3]],
-    selected: &[bool],
-    later: Option<&[[f32; 3]]>,
+    selected: impl Fn(usize) -> bool,
+    later: Option<&dyn Fn(usize) -> [f32; 3]>,
     cancel: &Cancel,
 ) -> Result<Option<Walls>, Error> {
     for kind in kinds(frame) {
-        let values = frame.values(kind, &ToF64, cancel)?;
-        let chosen: Vec<f64> =
-            values.iter().zip(selected).filter(|(_, selected)| **selected).map(|(value, _)| *value).collect();
-        let Some(counts) = value_counts(&chosen).filter(|counts| counts.len() > 1) else { continue };
+        let values = frame.attribute_array(kind)?;
+        let mut counts = ValueCounts::default();
+        for block in frame.blocks() {
+            for (i, value) in values.values(&block, &ToF64, cancel)?.into_iter().enumerate() {
+                if selected(block.first + i) {
+                    counts.add(value);
+                }
+            }
+        }
+        let Some(counts) = counts.into_list().filter(|counts| counts.len() > 1) else { continue };
         let groups: Vec<i64> = counts.iter().map(|count| count.value).collect();
-        let group_of =
-            |point: usize| groups.iter().position(|&g| g == values[point] as i64).filter(|_| selected[point]);
+        let mut members = Vec::with_capacity(positions.len());
+        for block in frame.blocks() {
+            let values = values.values(&block, &ToF64, cancel)?;
+            members.extend(values.into_iter().enumerate().map(|(i, value)| {
+                let group = groups.iter().position(|&g| g == value as i64);
+                group.filter(|_| selected(block.first + i)).map_or(NO_GROUP, |group| group as u8)
+            }));
+        }
+        let group_of = |point: usize| Some(usize::from(members[point])).filter(|&g| g < groups.len());
         let walls = match motion(frame, positions, later, groups.len(), &group_of, cancel)? {
             Some(motion) => standing_still(&motion),
             None => {
@@ -70,7 +86,7 @@ pub(crate) fn find(
             [one] => format!("--where '{name} == {one}'"),
             several => format!("--where '{name} in ({})'", several.join(", ")),
         };
-        let members = (0..values.len()).map(|i| group_of(i).is_some_and(|group| walls[group])).collect();
+        let members = (0..members.len()).map(|i| group_of(i).is_some_and(|group| walls[group])).collect();
         return Ok(Some(Walls { flag, members }));
     }
     Ok(None)
@@ -87,40 +103,54 @@ fn quoted(name: &str) -> String {
 fn motion(
     frame: &FrameData,
     positions: &[[f32; 3]],
-    later: Option<&[[f32; 3]]>,
+    later: Option<&dyn Fn(usize) -> [f32; 3]>,
     groups: usize,
     group_of: &impl Fn(usize) -> Option<usize>,
     cancel: &Cancel,
 ) -> Result<Option<Vec<f64>>, Error> {
     if let Some(later) = later {
-        let moved = |i: usize| std::array::from_fn(|axis| later[i][axis] - positions[i][axis]);
-        let motion = root_mean_squares(positions.len(), groups, group_of, moved);
+        let mut sums = Squares::of(groups);
+        for (i, position) in positions.iter().enumerate() {
+            let later = later(i);
+            sums.add(group_of(i), std::array::from_fn(|axis| later[axis] - position[axis]));
+        }
+        let motion = sums.root_means();
         if motion.iter().any(|&m| m > 0.0) {
             return Ok(Some(motion));
         }
     }
     let Some(velocity) = names::find(frame, names::VELOCITY, 3) else { return Ok(None) };
-    let values = frame.values(velocity, &ToF32, cancel)?;
-    let velocities = values.as_chunks::<3>().0;
-    let motion = root_mean_squares(velocities.len(), groups, group_of, |i| velocities[i]);
-    Ok(Some(motion).filter(|motion| motion.iter().any(|&m| m > 0.0)))
-}
-
-fn root_mean_squares(
-    count: usize,
-    groups: usize,
-    group_of: &impl Fn(usize) -> Option<usize>,
-    vector: impl Fn(usize) -> [f32; 3],
-) -> Vec<f64> {
-    let mut sums = vec![(0.0, 0.0); groups];
-    for i in 0..count {
-        let square: f64 = vector(i).iter().map(|&c| f64::from(c).powi(2)).sum();
-        if let Some(group) = group_of(i).filter(|_| square.is_finite()) {
-            sums[group].0 += square;
-            sums[group].1 += 1.0;
+    let velocities = frame.attribute_array(velocity)?;
+    let mut sums = Squares::of(groups);
+    for block in frame.blocks() {
+        let values = velocities.values(&block, &ToF32, cancel)?;
+        for (i, velocity) in values.as_chunks::<3>().0.iter().enumerate() {
+            sums.add(group_of(block.first + i), *velocity);
         }
     }
-    sums.into_iter().map(|(sum, count)| if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 }).collect()
+    Ok(Some(sums.root_means()).filter(|motion| motion.iter().any(|&m| m > 0.0)))
+}
+
+/// Sums of the squared lengths of each group's vectors, and how many there are.
+struct Squares(Vec<(f64, f64)>);
+
+impl Squares {
+    fn of(groups: usize) -> Self {
+        Self(vec![(0.0, 0.0); groups])
+    }
+
+    fn add(&mut self, group: Option<usize>, vector: [f32; 3]) {
+        let square: f64 = vector.iter().map(|&c| f64::from(c).powi(2)).sum();
+        if let Some(group) = group.filter(|_| square.is_finite()) {
+            self.0[group].0 += square;
+            self.0[group].1 += 1.0;
+        }
+    }
+
+    fn root_means(self) -> Vec<f64> {
+        let root_mean = |(sum, count)| if count > 0.0 { f64::sqrt(sum / count) } else { 0.0 };
+        self.0.into_iter().map(root_mean).collect()
+    }
 }
 
 fn standing_still(motion: &[f64]) -> Vec<bool> {
@@ -203,10 +233,12 @@ mod tests {
 
     #[test]
     fn what_stands_still_while_others_move_is_a_wall() {
-        let (points, kinds) = tank();
-        let motion = root_mean_squares(points.len(), 2, &|i| Some(kinds[i]), |i| {
-            if kinds[i] == 0 { [0.0, 0.3, -0.4] } else { [0.0; 3] }
-        });
+        let (_, kinds) = tank();
+        let mut sums = Squares::of(2);
+        for kind in &kinds {
+            sums.add(Some(*kind), if *kind == 0 { [0.0, 0.3, -0.4] } else { [0.0; 3] });
+        }
+        let motion = sums.root_means();
         assert!((motion[0] - 0.5).abs() < 1e-6 && motion[1] == 0.0, "{motion:?}");
         assert_eq!(standing_still(&motion), [false, true]);
     }

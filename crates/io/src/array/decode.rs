@@ -1,17 +1,24 @@
 //! The values of an array whose size is known to be sound.
 
+use std::ops::Range;
+
 use meniscus_core::Cancel;
 use rayon::prelude::*;
 
 use super::{CheckedArray, Content, Data, Stream, check};
 use crate::Error;
-use crate::codec::blocks::{BlockTable, Compressor};
-use crate::codec::{base64, text};
+use crate::codec::base64::{self, Scratch};
+use crate::codec::blocks::{BlockTable, Compressor, Inflater};
+use crate::codec::text;
+use crate::input_file::Bytes;
 use crate::scalar::{Convert, ScalarType};
 use crate::sink::{self, Sink};
 
 /// Values converted between two looks at the cancel flag; a multiple of 3, so that points stay whole.
-const PIECE_VALUES: usize = 3 << 14;
+const PIECE_VALUES: usize = 3 << 13;
+
+/// Tuples decoded at a time to pick some of them.
+const PICK_TUPLES: usize = 1 << 17;
 
 impl CheckedArray<'_> {
     /// Number of values.
@@ -19,9 +26,14 @@ impl CheckedArray<'_> {
         self.array.components * self.array.tuples
     }
 
+    /// Number of tuples.
+    pub fn tuples(&self) -> usize {
+        self.array.tuples
+    }
+
     /// Bytes of the file that hold its values.
     pub fn stored_bytes(&self) -> u64 {
-        let in_stream = |stream: &Stream<'_>, bytes: usize| match stream {
+        let in_stream = |stream: &Stream, bytes: usize| match stream {
             Stream::Raw(_) => bytes,
             Stream::Base64(_) => base64::encoded_len(bytes).unwrap_or(bytes),
         };
@@ -37,12 +49,23 @@ impl CheckedArray<'_> {
 
     /// All values.
     pub fn collect<C: Convert>(&self, convert: &C, cancel: &Cancel) -> Result<Vec<C::Out>, Error> {
-        let mut out = vec![C::Out::default(); self.len()];
-        self.decode(convert, out.as_mut_slice(), cancel)?;
+        self.tuples_in(0..self.array.tuples, convert, cancel)
+    }
+
+    /// The values of the tuples `range`, which must be there.
+    pub fn tuples_in<C: Convert>(
+        &self,
+        range: Range<usize>,
+        convert: &C,
+        cancel: &Cancel,
+    ) -> Result<Vec<C::Out>, Error> {
+        let mut out = vec![C::Out::default(); range.len() * self.array.components];
+        self.decode(convert, range.start * self.array.components, out.as_mut_slice(), cancel)?;
         Ok(out)
     }
 
-    /// The tuples `indices`. Only they are decoded where values can be addressed: not in compressed blocks and text.
+    /// The tuples `indices`, which rise. Only they are decoded where values can be addressed; of compressed blocks and text,
+    /// what lies between them as well.
     pub fn pick<C: Convert>(
         &self,
         indices: &[usize],
@@ -50,42 +73,51 @@ impl CheckedArray<'_> {
         cancel: &Cancel,
     ) -> Result<Vec<C::Out>, Error> {
         let (ty, components) = (self.array.ty, self.array.components);
-        let mut out = vec![C::Out::default(); indices.len() * components];
-        let tuples = std::iter::zip(indices, out.chunks_exact_mut(components.max(1)));
+        let mut picked = Vec::with_capacity(indices.len() * components);
         if let (Data::Plain { stream, start }, Some(size)) = (&self.data, ty.size()) {
-            let (big, mut scratch) = (self.big(), Vec::new());
-            for (index, out) in tuples {
+            let (big, mut scratch) = (self.big(), Scratch::default());
+            let mut tuple = vec![C::Out::default(); components];
+            for index in indices {
                 let from = start + index * components * size;
                 let bytes = stream
-                    .get(from..from + components * size, &mut scratch)
+                    .get(from..from + components * size, &mut scratch)?
                     .ok_or_else(|| self.fault(format_args!("cut off or not base64 near tuple {index}")))?;
-                convert.bytes(ty, big, index * components, bytes, out);
+                convert.bytes(ty, big, index * components, bytes, &mut tuple);
+                picked.extend_from_slice(&tuple);
             }
-        } else {
-            let all = self.collect(convert, cancel)?;
-            for (index, out) in tuples {
-                out.copy_from_slice(&all[index * components..(index + 1) * components]);
-            }
+            return Ok(picked);
         }
-        Ok(out)
+        let mut rest = indices;
+        while let Some(&first) = rest.first() {
+            let end = self.array.tuples.min(first + PICK_TUPLES);
+            let (here, later) = rest.split_at(rest.partition_point(|&index| index < end));
+            let last = here.last().map_or(first, |last| last + 1);
+            let block = self.tuples_in(first..last, convert, cancel)?;
+            for index in here {
+                picked.extend_from_slice(&block[(index - first) * components..][..components]);
+            }
+            rest = later;
+        }
+        Ok(picked)
     }
 
-    /// Converts the first `out.len()` values, at most [`Self::len`], in parallel.
+    /// Converts the `out.len()` values from value `first` on, which must be there, in parallel.
     pub fn decode<C: Convert, S: Sink<Item = C::Out>>(
         &self,
         convert: &C,
+        first: usize,
         out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         match &self.data {
             Data::Plain { stream, start } if self.array.ty == ScalarType::Bit => {
-                self.decode_bits(stream, *start, convert, out)
+                self.decode_bits(stream, *start, convert, first, out)
             }
-            Data::Plain { stream, start } => self.decode_plain(stream, *start, convert, out, cancel),
-            Data::Blocks { stream, start, table, compressor } => {
-                self.decode_blocks(stream, *start, table, *compressor, convert, out, cancel)
+            Data::Plain { stream, start } => self.decode_plain(stream, *start, convert, first, out, cancel),
+            Data::Blocks { stream, table, compressor } => {
+                self.decode_blocks(stream, table, *compressor, convert, first, out, cancel)
             }
-            Data::Text { text, pieces } => self.decode_text(text, pieces, convert, out, cancel),
+            Data::Text { text, pieces } => self.decode_text(text, pieces, convert, first, out, cancel),
         }
     }
 
@@ -99,21 +131,22 @@ impl CheckedArray<'_> {
 
     fn decode_plain<C: Convert, S: Sink<Item = C::Out>>(
         &self,
-        stream: &Stream<'_>,
+        stream: &Stream,
         start: usize,
         convert: &C,
+        first: usize,
         out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         let (ty, big) = (self.array.ty, self.big());
         let size = ty.size().unwrap_or(1);
         let pieces = sink::pieces(out, PIECE_VALUES).into_par_iter().enumerate();
-        pieces.try_for_each_init(Default::default, |(scratch, values): &mut (Vec<_>, Vec<_>), (i, out)| {
+        pieces.try_for_each_init(Default::default, |(scratch, values): &mut (_, Vec<_>), (i, out)| {
             check(cancel)?;
-            let first = i * PIECE_VALUES;
+            let first = first + i * PIECE_VALUES;
             let from = start + first * size;
             let bytes = stream
-                .get(from..from + out.len() * size, scratch)
+                .get(from..from + out.len() * size, scratch)?
                 .ok_or_else(|| self.fault(format_args!("cut off or not base64 near value {first}")))?;
             out.fill(values, |out| {
                 convert.bytes(ty, big, first, bytes, out);
@@ -124,68 +157,80 @@ impl CheckedArray<'_> {
 
     fn decode_bits<C: Convert, S: Sink<Item = C::Out>>(
         &self,
-        stream: &Stream<'_>,
+        stream: &Stream,
         start: usize,
         convert: &C,
+        first: usize,
         out: S,
     ) -> Result<(), Error> {
-        let mut scratch = Vec::new();
+        let mut scratch = Scratch::default();
+        let end = first + out.len();
         let packed = stream
-            .get(start..start + out.len().div_ceil(8), &mut scratch)
+            .get(start + first / 8..start + end.div_ceil(8), &mut scratch)?
             .ok_or_else(|| self.fault("the bits are cut off"))?;
-        let bits: Vec<u8> = (0..out.len()).map(|i| packed[i / 8] >> (7 - i % 8) & 1).collect();
+        let bit = |i: usize| packed[i / 8 - first / 8] >> (7 - i % 8) & 1;
+        let bits: Vec<u8> = (first..end).map(bit).collect();
         out.fill(&mut Vec::new(), |out| {
-            convert.bytes(ScalarType::U8, false, 0, &bits, out);
+            convert.bytes(ScalarType::U8, false, first, &bits, out);
             Ok(())
         })
     }
 
-    #[expect(clippy::too_many_arguments, reason = "the parts of one enum variant and the caller's three")]
+    #[expect(clippy::too_many_arguments, reason = "the parts of one enum variant and the caller's four")]
     fn decode_blocks<C: Convert, S: Sink<Item = C::Out>>(
         &self,
-        stream: &Stream<'_>,
-        start: usize,
+        stream: &Stream,
         table: &BlockTable,
         compressor: Compressor,
         convert: &C,
+        first: usize,
         out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         let (ty, big) = (self.array.ty, self.big());
-        let unpack = |i: usize, scratch: &mut Vec<u8>, raw: &mut [u8]| {
-            let range = table.blocks[i].start + start..table.blocks[i].end + start;
+        let unpack = |i: usize, inflater: &mut Inflater, scratch: &mut Scratch, raw: &mut [u8]| {
             let block = stream
-                .get(range, scratch)
+                .get(table.blocks[i].clone(), scratch)?
                 .ok_or_else(|| self.fault(format_args!("block {i} is cut off or not base64")))?;
-            compressor.decompress(block, raw).map_err(|e| self.fault(format_args!("block {i}: {e}")))
+            inflater
+                .decompress(compressor, block, raw)
+                .map_err(|e| self.fault(format_args!("block {i}: {e}")))
         };
-        let size = ty.size().filter(|size| table.block_size.is_multiple_of(*size));
-        let Some(size) = size else {
-            // Values cross block borders (never from VTK): unpack everything, then convert.
-            // Also when only the first values are asked for.
-            let mut raw = vec![0; table.total];
-            raw.par_chunks_mut(table.block_size).enumerate().try_for_each_init(
-                Vec::new,
-                |scratch, (i, raw)| {
-                    check(cancel)?;
-                    unpack(i, scratch, raw)
-                },
-            )?;
-            if ty == ScalarType::Bit {
-                return self.decode_bits(&Stream::Raw(&raw), 0, convert, out);
+        let Some(size) = ty.size() else {
+            // Packed bits are rare and small: all of them at once.
+            let (mut raw, mut inflater) = (vec![0; table.total], Inflater::default());
+            for (i, raw) in raw.chunks_mut(table.block_size).enumerate() {
+                unpack(i, &mut inflater, &mut Scratch::default(), raw)?;
             }
-            return self.decode_plain(&Stream::Raw(&raw), 0, convert, out, cancel);
+            return self.decode_bits(&Stream::Raw(raw.into()), 0, convert, first, out);
         };
-        let values = table.block_size / size;
-        sink::pieces(out, values).into_par_iter().enumerate().try_for_each_init(
-            || (Vec::new(), Vec::new(), Vec::new()),
-            |(scratch, raw, converted), (i, out)| {
+        // As few blocks as hold whole values; one, in what VTK writes.
+        let group = (1..=size).find(|count| (count * table.block_size).is_multiple_of(size)).unwrap_or(size);
+        let values = group * table.block_size / size;
+        let mut jobs = Vec::new();
+        let (mut rest, mut at) = (out, first);
+        while !rest.is_empty() {
+            let (head, tail) = {
+                let room = rest.len();
+                rest.split_at((values - at % values).min(room))
+            };
+            let next = at + head.len();
+            jobs.push((at, head));
+            (rest, at) = (tail, next);
+        }
+        jobs.into_par_iter().try_for_each_init(
+            Default::default,
+            |(inflater, scratch, raw, converted): &mut (_, _, Vec<u8>, Vec<_>), (first, out)| {
                 check(cancel)?;
-                raw.resize(table.raw_size(i), 0);
-                unpack(i, scratch, raw)?;
-                let used = &raw[..out.len() * size];
+                let blocks = first / values * group..table.blocks.len().min((first / values + 1) * group);
+                raw.resize(blocks.clone().map(|i| table.raw_size(i)).sum(), 0);
+                for (i, raw) in std::iter::zip(blocks, raw.chunks_mut(table.block_size)) {
+                    unpack(i, inflater, scratch, raw)?;
+                }
+                let start = first % values * size;
+                let used = &raw[start..start + out.len() * size];
                 out.fill(converted, |out| {
-                    convert.bytes(ty, big, i * values, used, out);
+                    convert.bytes(ty, big, first, used, out);
                     Ok(())
                 })
             },
@@ -194,34 +239,41 @@ impl CheckedArray<'_> {
 
     fn decode_text<C: Convert, S: Sink<Item = C::Out>>(
         &self,
-        text: &[u8],
+        text: &Bytes,
         pieces: &[text::Piece],
         convert: &C,
+        first: usize,
         out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
         let mut rest = out;
-        let mut jobs = Vec::with_capacity(pieces.len());
-        for piece in pieces {
-            let count = piece.count.min(rest.len());
+        let mut jobs = Vec::new();
+        let start = pieces.partition_point(|piece| piece.first + piece.count <= first);
+        for piece in &pieces[start..] {
+            if rest.is_empty() {
+                break;
+            }
+            let skipped = first.saturating_sub(piece.first);
+            let count = (piece.count - skipped).min(rest.len());
             let (head, tail) = rest.split_at(count);
-            jobs.push((piece, head));
+            jobs.push((piece, skipped, head));
             rest = tail;
         }
         jobs.into_par_iter().try_for_each_init(
             Default::default,
-            |(binary, values): &mut (Vec<_>, Vec<_>), (piece, out)| {
+            |(scratch, binary, values): &mut (_, Vec<_>, Vec<_>), (piece, skipped, out)| {
                 check(cancel)?;
                 binary.clear();
-                let mut ty = self.array.ty;
-                for (i, token) in text::tokens(&text[piece.range.clone()]).take(out.len()).enumerate() {
+                let (mut ty, first) = (self.array.ty, piece.first + skipped);
+                let there = piece.text(text, scratch)?;
+                for (i, token) in text::tokens(there).skip(skipped).take(out.len()).enumerate() {
                     ty = self.push_number(token, binary).ok_or_else(|| {
                         let found = String::from_utf8_lossy(&token[..token.len().min(40)]).into_owned();
-                        self.fault(format_args!("value {} is {found:?}, expected a number", piece.first + i))
+                        self.fault(format_args!("value {} is {found:?}, expected a number", first + i))
                     })?;
                 }
                 out.fill(values, |out| {
-                    convert.bytes(ty, false, piece.first, binary, out);
+                    convert.bytes(ty, false, first, binary, out);
                     Ok(())
                 })
             },

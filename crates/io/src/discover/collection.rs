@@ -2,8 +2,9 @@ use serde::Deserialize;
 
 use super::TimeStep;
 use crate::Error;
+use crate::format;
 use crate::format::xml::CollectionEntry;
-use crate::mapped::MappedFile;
+use crate::input_file::InputFile;
 
 /// ParaView's `.series` file.
 #[derive(Deserialize)]
@@ -17,8 +18,9 @@ struct SeriesEntry {
     time: Option<f64>,
 }
 
-pub(super) fn from_json(file: &MappedFile) -> Result<Vec<TimeStep>, Error> {
-    let text = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file);
+pub(super) fn from_json(file: &InputFile) -> Result<Vec<TimeStep>, Error> {
+    let text = file.head(file.len())?;
+    let text = text.strip_prefix(b"\xef\xbb\xbf").unwrap_or(&text);
     let series: SeriesFile = serde_json::from_slice(text).map_err(|e| {
         Error::malformed(
             file.path(),
@@ -35,7 +37,7 @@ pub(super) fn from_json(file: &MappedFile) -> Result<Vec<TimeStep>, Error> {
 }
 
 /// Steps in the order of time; entries of the same time are its parts, as are all entries without a time.
-pub(super) fn from_entries(file: &MappedFile, entries: &[CollectionEntry]) -> Result<Vec<TimeStep>, Error> {
+pub(super) fn from_entries(file: &InputFile, entries: &[CollectionEntry]) -> Result<Vec<TimeStep>, Error> {
     let folder = file.path().parent().unwrap_or_else(|| "".as_ref());
     let mut entries: Vec<&CollectionEntry> = entries.iter().collect();
     let finite = |entry: &CollectionEntry| entry.time.filter(|time| time.is_finite());
@@ -46,7 +48,7 @@ pub(super) fn from_entries(file: &MappedFile, entries: &[CollectionEntry]) -> Re
     });
     let mut steps: Vec<TimeStep> = Vec::new();
     for entry in entries {
-        let path = folder.join(&entry.file);
+        let path = format::listed(folder, &entry.file);
         if path.file_name() == file.path().file_name() && path.parent() == file.path().parent() {
             return Err(Error::malformed(file.path(), "its list of files", "the file names itself"));
         }

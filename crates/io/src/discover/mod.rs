@@ -10,7 +10,7 @@ use meniscus_core::Choice;
 
 use crate::format::Format;
 use crate::format::xml::{self, Document};
-use crate::mapped::MappedFile;
+use crate::input_file::InputFile;
 use crate::{Error, IoMode};
 
 /// One time of a series.
@@ -46,11 +46,12 @@ pub(crate) fn discover(input: &Path) -> Result<Found, Error> {
 }
 
 fn file(path: &Path) -> Result<Found, Error> {
-    let mapped = MappedFile::open(path, IoMode::Map)?;
-    let steps = match Format::sniff(&mapped)? {
-        Format::SeriesJson => collection::from_json(&mapped)?,
-        Format::Xml if looks_like_collection(&mapped) => match xml::parse(&mapped)? {
-            Document::Collection(entries) => collection::from_entries(&mapped, &entries)?,
+    // Little of it is looked at, whatever it is; nothing is gained by a map.
+    let file = InputFile::open(path, IoMode::Read)?;
+    let steps = match Format::sniff(&file)? {
+        Format::SeriesJson => collection::from_json(&file)?,
+        Format::Xml if looks_like_collection(&file)? => match xml::parse(&file)? {
+            Document::Collection(entries) => collection::from_entries(&file, &entries)?,
             _ => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
         },
         Format::Xml | Format::Legacy => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
@@ -59,8 +60,8 @@ fn file(path: &Path) -> Result<Found, Error> {
 }
 
 /// Whether the root element speaks of a collection; a data set is not scanned to its end just to be opened.
-fn looks_like_collection(file: &MappedFile) -> bool {
-    file[..file.len().min(1024)].windows(10).any(|word| word == b"Collection")
+fn looks_like_collection(file: &InputFile) -> Result<bool, Error> {
+    Ok(file.head(1024)?.windows(10).any(|word| word == b"Collection"))
 }
 
 fn list(folder: &Path) -> Result<Vec<PathBuf>, Error> {

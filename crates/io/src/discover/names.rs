@@ -56,7 +56,7 @@ fn last_number(name: &str) -> Option<(usize, usize)> {
     Some((start, end))
 }
 
-/// A file name pattern with one `%d` or `%0Nd`.
+/// A file name pattern with one `%d` or `%0Nd`; `%i` and `%u` are the same.
 pub(super) struct NumberPattern {
     prefix: String,
     suffix: String,
@@ -68,7 +68,7 @@ impl NumberPattern {
     pub fn parse(path: &Path) -> Option<Self> {
         let name = path.file_name()?.to_str()?;
         let (prefix, rest) = name.split_once('%')?;
-        let (width, suffix) = rest.split_once('d')?;
+        let (width, suffix) = rest.split_once(['d', 'i', 'u'])?;
         if !width.chars().all(|c| c.is_ascii_digit()) || suffix.contains('%') {
             return None;
         }
@@ -115,7 +115,9 @@ mod tests {
         assert_eq!(padded.number_of("frame_0012.vtu"), Some(12));
         assert_eq!(padded.number_of("frame_12.vtu"), None);
         assert_eq!(padded.number_of("frame_00x2.vtu"), None);
-        assert_eq!(pattern("f%d.vtk").and_then(|p| p.number_of("f7.vtk")), Some(7));
+        for text in ["f%d.vtk", "f%i.vtk", "f%u.vtk"] {
+            assert_eq!(pattern(text).and_then(|p| p.number_of("f7.vtk")), Some(7), "{text}");
+        }
         for text in ["100%.vtu", "f_%s.vtu", "f_%d_%d.vtu", "f.vtu"] {
             assert!(pattern(text).is_none(), "{text}");
         }

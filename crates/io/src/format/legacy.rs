@@ -12,17 +12,18 @@ use crate::dataset::Dataset;
 use crate::format::legacy::cursor::Cursor;
 use crate::format::legacy::sections::Sections;
 pub(crate) use crate::format::legacy::sections::is_time;
-use crate::format::starts_with_ignore_case;
-use crate::mapped::MappedFile;
+use crate::format::{skip_mark, starts_with_ignore_case};
+use crate::input_file::InputFile;
 
 /// Finds the points and attributes of `file`.
-pub(crate) fn parse(file: &MappedFile) -> Result<Dataset, Error> {
+pub(crate) fn parse(file: &InputFile) -> Result<Dataset, Error> {
     let mut cursor = Cursor::new(file);
-    let magic = cursor.line();
-    if !starts_with_ignore_case(magic.trim_ascii_start(), b"# vtk datafile version") {
+    skip_mark(&mut cursor.place)?;
+    if !starts_with_ignore_case(cursor.place.peek(64)?, b"# vtk datafile version") {
         return Err(cursor.malformed("expected `# vtk DataFile Version`"));
     }
-    cursor.line(); // The title: any text, any encoding.
+    cursor.line()?;
+    cursor.line()?; // The title: any text, any encoding.
     let mode = cursor.word("ASCII or BINARY")?;
     cursor.binary = match mode.as_str() {
         "ascii" => false,

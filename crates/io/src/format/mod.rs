@@ -4,8 +4,11 @@ pub(crate) mod legacy;
 pub(crate) mod parallel;
 pub(crate) mod xml;
 
+use std::path::{Path, PathBuf};
+
 use crate::Error;
-use crate::mapped::MappedFile;
+use crate::forward::Forward;
+use crate::input_file::InputFile;
 
 /// What a file is, by its content; names lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -17,17 +20,18 @@ pub(crate) enum Format {
 
 impl Format {
     /// Looks at the first bytes.
-    pub fn sniff(file: &MappedFile) -> Result<Self, Error> {
+    pub fn sniff(file: &InputFile) -> Result<Self, Error> {
         let unsupported = |what: &str| {
             Err(Error::unsupported(
                 file.path(),
                 format_args!("{what}; expected a VTK file (.vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd or .series)"),
             ))
         };
-        let text = file.strip_prefix(b"\xef\xbb\xbf").unwrap_or(file).trim_ascii_start();
-        match text {
+        let mut place = Forward::new(file, 0);
+        skip_mark(&mut place)?;
+        match place.peek(64)? {
             [] => Err(Error::malformed(file.path(), "byte 0", "the file is empty; expected a VTK file")),
-            _ if starts_with_ignore_case(text, b"# vtk datafile") => Ok(Self::Legacy),
+            text if starts_with_ignore_case(text, b"# vtk datafile") => Ok(Self::Legacy),
             [b'<', ..] => Ok(Self::Xml),
             [b'{', ..] => Ok(Self::SeriesJson),
             [0x1f, 0x8b, ..] => unsupported("gzip data; unpack it with gunzip first"),
@@ -35,6 +39,22 @@ impl Format {
             _ => unsupported("neither a legacy nor an XML VTK file"),
         }
     }
+}
+
+/// Steps over a byte order mark and blanks.
+pub(crate) fn skip_mark(place: &mut Forward<'_>) -> Result<(), Error> {
+    if place.peek(3)?.starts_with(b"\xef\xbb\xbf") {
+        place.advance(3);
+    }
+    place.skip_blanks()
+}
+
+/// The file that a list in `folder` calls `name`. Lists written on Windows have backslashes, which elsewhere are letters like
+/// any other; they are taken for separators where there is no such file.
+pub(crate) fn listed(folder: &Path, name: &str) -> PathBuf {
+    let path = folder.join(name);
+    let other = name.contains('\\').then(|| folder.join(name.replace('\\', "/")));
+    other.filter(|other| !path.exists() && other.exists()).unwrap_or(path)
 }
 
 pub(crate) fn starts_with_ignore_case(text: &[u8], prefix: &[u8]) -> bool {

@@ -2,17 +2,17 @@
 
 use crate::dataset::Dataset;
 use crate::format::xml::{self, Document};
-use crate::format::{Format, legacy};
-use crate::mapped::MappedFile;
+use crate::format::{Format, legacy, listed};
+use crate::input_file::InputFile;
 use crate::{Error, IoMode};
 
 /// Opens the pieces that `file` names, relative to its folder.
-pub(crate) fn open_pieces(file: &MappedFile, sources: &[String], mode: IoMode) -> Result<Dataset, Error> {
+pub(crate) fn open_pieces(file: &InputFile, sources: &[String], mode: IoMode) -> Result<Dataset, Error> {
     let folder = file.path().parent().unwrap_or_else(|| "".as_ref());
     let mut whole = Dataset::default();
     for (i, source) in sources.iter().enumerate() {
-        let path = folder.join(source);
-        let piece = MappedFile::open(&path, mode).and_then(|piece| match Format::sniff(&piece)? {
+        let path = listed(folder, source);
+        let piece = InputFile::open(&path, mode).and_then(|piece| match Format::sniff(&piece)? {
             Format::Legacy => legacy::parse(&piece),
             Format::Xml => match xml::parse(&piece)? {
                 Document::Dataset(dataset) => Ok(dataset),

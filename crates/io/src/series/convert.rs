@@ -5,9 +5,11 @@ use std::path::Path;
 use meniscus_core::Cancel;
 
 use super::Series;
-use super::sets::{self, NO_SET};
+use super::read::retain;
+use super::sets::{Assignment, NO_SET};
 use crate::Error;
-use crate::frame_data::{AttributeInfo, FrameData};
+use crate::array::check;
+use crate::frame_data::{Block, FrameArray};
 use crate::scalar::{ScalarType, ToF32, ToF64, ToU64};
 use crate::writer::{self, Format, Values, WriteAttribute, WriteParticles};
 
@@ -25,51 +27,79 @@ enum Numbers {
     U64(Vec<u64>),
 }
 
-/// Whole numbers pass through their 64 bits, which hold every one of them.
-macro_rules! from_bits {
-    ($($ty:pat => $kind:ident($t:ty)),*) => {
-        |ty: ScalarType, bits: Vec<u64>| match ty {
-            $($ty => Numbers::$kind(bits.into_iter().map(|bits| bits as $t).collect()),)*
-            ScalarType::F32 | ScalarType::F64 | ScalarType::U64 => Numbers::U64(bits),
+/// Runs `$body` with `$list` bound to the list of whichever type `$numbers` holds.
+macro_rules! with_list {
+    ($numbers:expr, $list:ident => $body:expr) => {
+        match $numbers {
+            Numbers::F32($list) => $body,
+            Numbers::F64($list) => $body,
+            Numbers::I8($list) => $body,
+            Numbers::U8($list) => $body,
+            Numbers::I16($list) => $body,
+            Numbers::U16($list) => $body,
+            Numbers::I32($list) => $body,
+            Numbers::U32($list) => $body,
+            Numbers::I64($list) => $body,
+            Numbers::U64($list) => $body,
         }
     };
 }
 
+/// A number in its own type from an array of that type.
+trait FromArray: Sized {
+    fn read(array: &FrameArray<'_>, block: &Block, cancel: &Cancel) -> Result<Vec<Self>, Error>;
+}
+
+impl FromArray for f32 {
+    fn read(array: &FrameArray<'_>, block: &Block, cancel: &Cancel) -> Result<Vec<Self>, Error> {
+        array.values(block, &ToF32, cancel)
+    }
+}
+
+impl FromArray for f64 {
+    fn read(array: &FrameArray<'_>, block: &Block, cancel: &Cancel) -> Result<Vec<Self>, Error> {
+        array.values(block, &ToF64, cancel)
+    }
+}
+
+/// Whole numbers pass through their 64 bits, which hold every one of them.
+macro_rules! from_bits {
+    ($($t:ty),*) => {$(
+        impl FromArray for $t {
+            fn read(array: &FrameArray<'_>, block: &Block, cancel: &Cancel) -> Result<Vec<Self>, Error> {
+                let bits = array.values(block, &ToU64, cancel)?;
+                Ok(bits.into_iter().map(|bits| bits as $t).collect())
+            }
+        }
+    )*};
+}
+from_bits!(i8, u8, i16, u16, i32, u32, i64, u64);
+
 impl Numbers {
-    fn read(frame: &FrameData, attribute: &AttributeInfo, cancel: &Cancel) -> Result<Self, Error> {
-        let whole = from_bits!(
-            ScalarType::I8 => I8(i8), ScalarType::U8 | ScalarType::Bit => U8(u8),
-            ScalarType::I16 => I16(i16), ScalarType::U16 => U16(u16),
-            ScalarType::I32 => I32(i32), ScalarType::U32 => U32(u32),
-            ScalarType::I64 | ScalarType::Id => I64(i64));
-        Ok(match attribute.ty {
-            ScalarType::F32 => Self::F32(frame.values(attribute, &ToF32, cancel)?),
-            ScalarType::F64 => Self::F64(frame.values(attribute, &ToF64, cancel)?),
-            ty => whole(ty, frame.values(attribute, &ToU64, cancel)?),
-        })
+    fn new(ty: ScalarType) -> Self {
+        match ty {
+            ScalarType::F32 => Self::F32(Vec::new()),
+            ScalarType::F64 => Self::F64(Vec::new()),
+            ScalarType::I8 => Self::I8(Vec::new()),
+            ScalarType::U8 | ScalarType::Bit => Self::U8(Vec::new()),
+            ScalarType::I16 => Self::I16(Vec::new()),
+            ScalarType::U16 => Self::U16(Vec::new()),
+            ScalarType::I32 => Self::I32(Vec::new()),
+            ScalarType::U32 => Self::U32(Vec::new()),
+            ScalarType::I64 | ScalarType::Id => Self::I64(Vec::new()),
+            ScalarType::U64 => Self::U64(Vec::new()),
+        }
     }
 
-    /// Leaves the tuples that `taken` marks.
-    fn retain(&mut self, components: usize, taken: &[bool]) {
-        fn retain<T>(values: &mut Vec<T>, components: usize, taken: &[bool]) {
-            let mut index = 0;
-            values.retain(|_| {
-                index += 1;
-                taken[(index - 1) / components]
-            });
-        }
-        match self {
-            Self::F32(values) => retain(values, components, taken),
-            Self::F64(values) => retain(values, components, taken),
-            Self::I8(values) => retain(values, components, taken),
-            Self::U8(values) => retain(values, components, taken),
-            Self::I16(values) => retain(values, components, taken),
-            Self::U16(values) => retain(values, components, taken),
-            Self::I32(values) => retain(values, components, taken),
-            Self::U32(values) => retain(values, components, taken),
-            Self::I64(values) => retain(values, components, taken),
-            Self::U64(values) => retain(values, components, taken),
-        }
+    /// Appends the tuples of `block` that `taken` marks, all without it.
+    fn extend(
+        &mut self,
+        array: &FrameArray<'_>,
+        block: &Block,
+        taken: Option<&[bool]>,
+        cancel: &Cancel,
+    ) -> Result<(), Error> {
+        with_list!(self, list => extend(list, array, block, taken, cancel))
     }
 
     fn values(&self) -> Values<'_> {
@@ -88,6 +118,21 @@ impl Numbers {
     }
 }
 
+fn extend<T: FromArray>(
+    list: &mut Vec<T>,
+    array: &FrameArray<'_>,
+    block: &Block,
+    taken: Option<&[bool]>,
+    cancel: &Cancel,
+) -> Result<(), Error> {
+    let mut values = T::read(array, block, cancel)?;
+    if let Some(taken) = taken {
+        retain(&mut values, array.components, taken);
+    }
+    list.append(&mut values);
+    Ok(())
+}
+
 impl Series {
     /// Writes frame `index` to `path` with all its attributes in their own types and coordinates in the file's space: the
     /// particles that `--where`, sets, `--every` and `--box` take, broken coordinates included. Returns their number.
@@ -102,21 +147,21 @@ impl Series {
         cancel: &Cancel,
     ) -> Result<usize, Error> {
         let frame = self.frame_data(index, cancel)?;
-        let assigned = sets::assign(self.sets(), &frame, cancel)?;
-        let taken: Option<Vec<bool>> =
-            assigned.map(|sets| sets.into_iter().map(|set| set != NO_SET).collect());
-        let mut positions = frame.coordinates(cancel)?.as_chunks::<3>().0.to_vec();
-        if let Some(taken) = &taken {
-            let mut marks = taken.iter();
-            positions.retain(|_| marks.next().is_some_and(|taken| *taken));
-        }
-        let mut numbers = Vec::with_capacity(frame.attributes().len());
-        for attribute in frame.attributes() {
-            let mut values = Numbers::read(&frame, attribute, cancel)?;
-            if let Some(taken) = &taken {
-                values.retain(attribute.components, taken);
+        let assignment = Assignment::new(self.sets(), &frame, cancel)?;
+        let coordinates = frame.positions_array()?;
+        let arrays = frame.attributes().iter().map(|attribute| frame.attribute_array(attribute));
+        let arrays: Vec<FrameArray<'_>> = arrays.collect::<Result<_, _>>()?;
+        let mut positions: Vec<f64> = Vec::new();
+        let mut numbers: Vec<Numbers> = arrays.iter().map(|array| Numbers::new(array.ty)).collect();
+        for block in frame.blocks() {
+            check(cancel)?;
+            let sets = assignment.as_ref().map(|assignment| assignment.block(&block, cancel)).transpose()?;
+            let taken: Option<Vec<bool>> =
+                sets.map(|sets| sets.into_iter().map(|set| set != NO_SET).collect());
+            extend(&mut positions, &coordinates, &block, taken.as_deref(), cancel)?;
+            for (numbers, array) in std::iter::zip(&mut numbers, &arrays) {
+                numbers.extend(array, &block, taken.as_deref(), cancel)?;
             }
-            numbers.push(values);
         }
         frame.check_unchanged()?;
         let attributes: Vec<WriteAttribute<'_>> = std::iter::zip(frame.attributes(), &numbers)
@@ -126,8 +171,12 @@ impl Series {
                 values: numbers.values(),
             })
             .collect();
-        let particles = WriteParticles { positions: &positions, attributes: &attributes, time: frame.time };
+        let particles = WriteParticles {
+            positions: positions.as_chunks::<3>().0,
+            attributes: &attributes,
+            time: frame.time,
+        };
         writer::write(path, &particles, format)?;
-        Ok(positions.len())
+        Ok(particles.positions.len())
     }
 }

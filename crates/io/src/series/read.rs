@@ -5,12 +5,12 @@ use meniscus_core::{
 };
 use rayon::prelude::*;
 
-use super::sets::{self, NO_SET, SetSource};
+use super::sets::{Assignment, NO_SET, SetSource};
 use super::{Series, companions, origin_of};
 use crate::Error;
 use crate::array::check;
-use crate::frame_data::FrameData;
-use crate::scalar::{ToF32, ToU64};
+use crate::frame_data::{FrameArray, FrameData};
+use crate::scalar::{Recentre, ToF32, ToU64};
 
 /// Reads frame `index`; once more where somebody wrote to it meanwhile.
 pub(super) fn read(
@@ -34,9 +34,9 @@ fn read_once(
     let step = series.step(index)?;
     let frame = FrameData::open(step, series.sets.io_mode, cancel)?;
     let origin = origin_of(series.space.origin);
-    let assigned = sets::assign(&series.sets, &frame, cancel)?;
-    let mut dropped = 0;
-    let mut particles = split(&frame, assigned, series.sets.len(), origin, request, cancel, &mut dropped)?;
+    let mut reader = Reader { origin, cancel, dropped: 0 };
+    let assignment = Assignment::new(&series.sets, &frame, cancel)?;
+    let mut particles = reader.sets(&frame, assignment.as_ref(), series.sets.len(), request)?;
     frame.check_unchanged()?;
     let mut files = step.files.clone();
     let mut taken = FrameRead { bytes: frame.bytes_read(), particles: frame.points as u64 };
@@ -48,17 +48,16 @@ fn read_once(
         // What colours the water need not exist in the files beside it.
         let has = |name: &&String| frame.attribute(name).is_some();
         let request = FrameRequest { attributes: request.attributes.iter().filter(has).cloned().collect() };
-        let real = series.sets.filter.without_ghosts(&frame, cancel)?;
-        let assigned = real.map(|real| sets::only(&real));
-        let mut own = split(&frame, assigned, 1, origin, &request, cancel, &mut dropped)?;
+        let assignment = Assignment::without_ghosts(&series.sets.filter, &frame, cancel)?;
+        let mut own = reader.sets(&frame, assignment.as_ref(), 1, &request)?;
         frame.check_unchanged()?;
         taken.bytes += frame.bytes_read();
         taken.particles += frame.points as u64;
         *set = own.pop().unwrap_or_default();
     }
     let mut flaws = Flaws::default();
-    if dropped > 0 {
-        flaws.add(Flaw::NonFiniteDropped { count: dropped });
+    if reader.dropped > 0 {
+        flaws.add(Flaw::NonFiniteDropped { count: reader.dropped });
     }
     let sets = std::iter::zip(particles, series.sets.iter())
         .map(|(particles, plan)| ParticleSet { name: plan.name.clone(), look: plan.look, particles })
@@ -74,63 +73,141 @@ fn read_once(
     })
 }
 
-/// The particles of each of `count` sets; without `assigned` all go to the first. Adds the number of points without finite
-/// coordinates to `dropped`.
-fn split(
-    frame: &FrameData,
-    assigned: Option<Vec<u8>>,
-    count: usize,
+/// Reads frames into sets.
+struct Reader<'a> {
     origin: [f64; 3],
-    request: &FrameRequest,
-    cancel: &Cancel,
-    dropped: &mut u64,
-) -> Result<Vec<ParticleFrame>, Error> {
-    let positions = frame.positions(origin, cancel)?;
-    let ids = frame.id_attribute().map(|ids| frame.values(ids, &ToU64, cancel)).transpose()?;
-    let mut attributes = Vec::with_capacity(request.attributes.len());
-    for name in &request.attributes {
-        let attribute = frame.require(name)?;
-        let values = frame.values(attribute, &ToF32, cancel)?;
-        attributes.push(Attribute { name: name.clone(), components: attribute.components, values });
-    }
-    let finite = |p: &[f32; 3]| p.iter().all(|c| c.is_finite());
-    let broken = positions.par_iter().filter(|p| !finite(p)).count();
-    *dropped += broken as u64;
-    let all = ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes };
-    let mut sets = vec![ParticleFrame::default(); count];
-    let assigned = match assigned {
-        None if broken == 0 => {
-            sets[0] = all;
-            return Ok(sets);
-        }
-        assigned => assigned.unwrap_or_else(|| vec![0; all.len()]),
-    };
-    let assigned: Vec<u8> = assigned
-        .into_iter()
-        .zip(&all.positions)
-        .map(|(set, position)| if finite(position) { set } else { NO_SET })
-        .collect();
-    for (index, set) in sets.iter_mut().enumerate() {
-        check(cancel)?;
-        *set = gather(&all, &assigned, index as u8);
-    }
-    Ok(sets)
+    cancel: &'a Cancel,
+    /// Points left out because their coordinates are not finite.
+    dropped: u64,
 }
 
-/// The particles of `all` that are assigned to `set`, with their identity kept.
-fn gather(all: &ParticleFrame, assigned: &[u8], set: u8) -> ParticleFrame {
-    let members = || assigned.iter().enumerate().filter(move |&(_, &of)| of == set).map(|(i, _)| i);
-    let attributes = all.attributes.iter().map(|attribute| Attribute {
-        name: attribute.name.clone(),
-        components: attribute.components,
-        values: members()
-            .flat_map(|i| &attribute.values[i * attribute.components..(i + 1) * attribute.components])
-            .copied()
-            .collect(),
-    });
-    ParticleFrame {
-        positions: members().map(|i| all.positions[i]).collect(),
-        ids: members().map(|i| all.id(i)).collect(),
-        attributes: attributes.collect(),
+impl Reader<'_> {
+    /// The particles of each of `count` sets; without `assignment` all go to the first.
+    fn sets(
+        &mut self,
+        frame: &FrameData,
+        assignment: Option<&Assignment<'_>>,
+        count: usize,
+        request: &FrameRequest,
+    ) -> Result<Vec<ParticleFrame>, Error> {
+        match assignment {
+            None => {
+                let mut sets = vec![ParticleFrame::default(); count];
+                sets[0] = self.all(frame, request)?;
+                Ok(sets)
+            }
+            Some(assignment) => self.shared_out(frame, assignment, count, request),
+        }
     }
+
+    /// All particles, in one pass over the file.
+    fn all(&mut self, frame: &FrameData, request: &FrameRequest) -> Result<ParticleFrame, Error> {
+        let positions = frame.positions(self.origin, self.cancel)?;
+        let ids = frame.id_attribute().map(|ids| frame.values(ids, &ToU64, self.cancel)).transpose()?;
+        let mut attributes = Vec::with_capacity(request.attributes.len());
+        for name in &request.attributes {
+            let attribute = frame.require(name)?;
+            let values = frame.values(attribute, &ToF32, self.cancel)?;
+            attributes.push(Attribute { name: name.clone(), components: attribute.components, values });
+        }
+        let mut all = ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes };
+        let broken = all.positions.par_iter().filter(|p| !is_finite(p)).count();
+        if broken > 0 {
+            self.dropped += broken as u64;
+            drop_broken(&mut all);
+        }
+        Ok(all)
+    }
+
+    /// The particles of each of `count` sets, block by block: what no set takes is never in memory all at once.
+    fn shared_out(
+        &mut self,
+        frame: &FrameData,
+        assignment: &Assignment<'_>,
+        count: usize,
+        request: &FrameRequest,
+    ) -> Result<Vec<ParticleFrame>, Error> {
+        let cancel = self.cancel;
+        let positions = frame.positions_array()?;
+        let ids = frame.id_attribute().map(|ids| frame.attribute_array(ids)).transpose()?;
+        let mut arrays = Vec::with_capacity(request.attributes.len());
+        for name in &request.attributes {
+            arrays.push(frame.attribute_array(frame.require(name)?)?);
+        }
+        let empty = |(name, array): (&String, &FrameArray<'_>)| Attribute {
+            name: name.clone(),
+            components: array.components,
+            values: Vec::new(),
+        };
+        let attributes = std::iter::zip(&request.attributes, &arrays).map(empty).collect();
+        let empty = ParticleFrame { attributes, ..ParticleFrame::default() };
+        let mut sets = vec![empty; count];
+        for block in frame.blocks() {
+            check(cancel)?;
+            let mut assigned = assignment.block(&block, cancel)?;
+            let positions = positions.values(&block, &Recentre { origin: self.origin }, cancel)?;
+            let positions = positions.as_chunks::<3>().0;
+            for (set, _) in std::iter::zip(&mut assigned, positions).filter(|(_, p)| !is_finite(p)) {
+                self.dropped += 1;
+                *set = NO_SET;
+            }
+            // Where nobody takes anything, nothing else is read.
+            if assigned.iter().all(|set| *set == NO_SET) {
+                continue;
+            }
+            let ids = match &ids {
+                Some(ids) => ids.values(&block, &ToU64, cancel)?,
+                None => (block.first..block.first + block.len()).map(|index| index as u64).collect(),
+            };
+            let values = arrays.iter().map(|array| array.values(&block, &ToF32, cancel));
+            let values: Vec<Vec<f32>> = values.collect::<Result<_, _>>()?;
+            for (index, set) in sets.iter_mut().enumerate() {
+                let members =
+                    || assigned.iter().enumerate().filter(move |(_, of)| usize::from(**of) == index);
+                let added = members().count();
+                extend(&mut set.positions, added, members().map(|(i, _)| positions[i]));
+                extend(&mut set.ids, added, members().map(|(i, _)| ids[i]));
+                for (attribute, values) in std::iter::zip(&mut set.attributes, &values) {
+                    let n = attribute.components;
+                    let tuples = members().flat_map(|(i, _)| values[i * n..(i + 1) * n].iter().copied());
+                    extend(&mut attribute.values, added * n, tuples);
+                }
+            }
+        }
+        Ok(sets)
+    }
+}
+
+/// Appends the `count` items of `added`. Room grows by a quarter: doubled, it could be as large again as what is kept.
+fn extend<T>(list: &mut Vec<T>, count: usize, added: impl Iterator<Item = T>) {
+    if list.capacity() - list.len() < count {
+        list.reserve_exact(count.max(list.len() / 4));
+    }
+    list.extend(added);
+}
+
+fn is_finite(position: &[f32; 3]) -> bool {
+    position.iter().all(|c| c.is_finite())
+}
+
+/// Removes the particles of `all` whose coordinates are not finite; those that stay keep their identity.
+fn drop_broken(all: &mut ParticleFrame) {
+    let taken: Vec<bool> = all.positions.par_iter().map(is_finite).collect();
+    if all.ids.is_empty() {
+        all.ids = (0..taken.len() as u64).collect();
+    }
+    retain(&mut all.positions, 1, &taken);
+    retain(&mut all.ids, 1, &taken);
+    for attribute in &mut all.attributes {
+        retain(&mut attribute.values, attribute.components, &taken);
+    }
+}
+
+/// Leaves the tuples of `components` values that `taken` marks.
+pub(super) fn retain<T>(values: &mut Vec<T>, components: usize, taken: &[bool]) {
+    let mut index = 0;
+    values.retain(|_| {
+        index += 1;
+        taken[(index - 1) / components]
+    });
 }

@@ -24,7 +24,7 @@ pub(super) fn describe(
             continue;
         };
         // A set may also be without particles because another one takes them all.
-        if view.has_members(index) || view.frame.select(expression, cancel)?.contains(&true) {
+        if view.has_members(index) || view.frame.has_match(expression, cancel)? {
             continue;
         }
         let message = no_match(view, expression, cancel)?;
@@ -54,10 +54,14 @@ pub(super) fn describe_filter(
         choices.push(choice("ghosts", value, reason, "--keep-ghosts"));
     }
     let limited = options.region.is_some() || options.every.is_some_and(|every| every > 1);
-    let Some(mask) = plans.filter.mask(&view.frame, cancel)?.filter(|_| limited && !view.is_empty()) else {
+    if !limited || view.is_empty() {
         return Ok(());
-    };
-    let taken = count(&mask);
+    }
+    let Some(filter) = plans.filter.of(&view.frame, cancel)? else { return Ok(()) };
+    let mut taken = 0;
+    for block in view.frame.blocks() {
+        taken += count(&filter.block(&block, cancel)?);
+    }
     if taken == 0 {
         let low = view.origin + view.bounds.min.as_dvec3();
         let high = view.origin + view.bounds.max.as_dvec3();

@@ -7,8 +7,8 @@ use meniscus_core::{Cancel, Look};
 
 use crate::discover::{TimeStep, discover};
 use crate::expression::Expression;
-use crate::filter::Filter;
-use crate::frame_data::FrameData;
+use crate::filter::{Filter, FrameFilter};
+use crate::frame_data::{Block, FrameData, Selector};
 use crate::{Error, IoMode, SeriesOptions};
 
 /// Where the particles of a set come from.
@@ -74,45 +74,84 @@ fn source(pattern: &str) -> Result<SetSource, Error> {
 /// Set index of every point that belongs to no set of the input.
 pub(crate) const NO_SET: u8 = u8::MAX;
 
-/// The set of every point of the input's `frame`; `None` when the first set takes all. A point that several selections take
-/// goes to the first of them.
-pub(crate) fn assign(plans: &Plans, frame: &FrameData, cancel: &Cancel) -> Result<Option<Vec<u8>>, Error> {
-    let mask = plans.filter.mask(frame, cancel)?;
-    let trivial = |plan: &SetPlan| matches!(plan.source, SetSource::Rest(None) | SetSource::Files(_));
-    let first_takes_all =
-        plans.iter().all(trivial) && matches!(plans.first().map(|p| &p.source), Some(SetSource::Rest(None)));
-    if first_takes_all {
-        return Ok(mask.map(|mask| only(&mask)));
-    }
-    let mut assigned = vec![NO_SET; frame.points];
-    let is_free = |point: usize, set: u8| set == NO_SET && mask.as_ref().is_none_or(|mask| mask[point]);
-    let mut rest = None;
-    for (index, plan) in plans.iter().enumerate() {
-        match &plan.source {
-            SetSource::Selection(expression) => {
-                let selected = frame.select(expression, cancel)?;
-                for (point, (set, selected)) in assigned.iter_mut().zip(selected).enumerate() {
-                    if selected && is_free(point, *set) {
-                        *set = index as u8;
-                    }
-                }
-            }
-            SetSource::Rest(expression) => rest = Some((index, expression)),
-            SetSource::Files(_) => {}
-        }
-    }
-    if let Some((index, expression)) = rest {
-        let selected = expression.as_ref().map(|e| frame.select(e, cancel)).transpose()?;
-        for (point, set) in assigned.iter_mut().enumerate() {
-            if is_free(point, *set) && selected.as_ref().is_none_or(|selected| selected[point]) {
-                *set = index as u8;
-            }
-        }
-    }
-    Ok(Some(assigned))
+/// Who goes to which set, tied to a frame. A point that several selections take goes to the first of them.
+pub(crate) struct Assignment<'a> {
+    filter: Option<FrameFilter<'a>>,
+    /// What the sets take, those by selection first: index of the set, and which points may be in it.
+    takers: Vec<(u8, Option<Selector<'a>>)>,
 }
 
-/// The first set takes what `mask` takes.
-pub(super) fn only(mask: &[bool]) -> Vec<u8> {
-    mask.iter().map(|&taken| if taken { 0 } else { NO_SET }).collect()
+impl<'a> Assignment<'a> {
+    /// How the points of the input's `frame` are shared out; `None` when the first set takes all.
+    pub fn new(plans: &'a Plans, frame: &'a FrameData, cancel: &Cancel) -> Result<Option<Self>, Error> {
+        let filter = plans.filter.of(frame, cancel)?;
+        let (mut takers, mut rest) = (Vec::new(), None);
+        for (index, plan) in plans.iter().enumerate() {
+            let index = index as u8;
+            match &plan.source {
+                SetSource::Selection(expression) => takers.push((index, Some(frame.selector(expression)?))),
+                SetSource::Rest(expression) => {
+                    let selector = expression.as_ref().map(|expression| frame.selector(expression));
+                    rest = Some((index, selector.transpose()?));
+                }
+                SetSource::Files(_) => {}
+            }
+        }
+        takers.extend(rest);
+        let all_to_first = filter.is_none() && matches!(takers.as_slice(), [(0, None)]);
+        Ok(if all_to_first { None } else { Some(Self { filter, takers }) })
+    }
+
+    /// The points of `frame`, of a set's own files, that are no ghosts go to the first set; `None` when none is one.
+    pub fn without_ghosts(
+        filter: &Filter,
+        frame: &'a FrameData,
+        cancel: &Cancel,
+    ) -> Result<Option<Self>, Error> {
+        let filter = filter.ghosts_only().of(frame, cancel)?;
+        Ok(filter.map(|filter| Self { filter: Some(filter), takers: vec![(0, None)] }))
+    }
+
+    /// The set of every point of `block`.
+    pub fn block(&self, block: &Block, cancel: &Cancel) -> Result<Vec<u8>, Error> {
+        let mut sets = vec![NO_SET; block.len()];
+        let mask = self.filter.as_ref().map(|filter| filter.block(block, cancel)).transpose()?;
+        for (index, selector) in &self.takers {
+            let selected = selector.as_ref().map(|selector| selector.block(block, cancel)).transpose()?;
+            let may = |marks: &Option<Vec<bool>>, i: usize| marks.as_ref().is_none_or(|marks| marks[i]);
+            for (i, set) in sets.iter_mut().enumerate() {
+                if *set == NO_SET && may(&mask, i) && may(&selected, i) {
+                    *set = *index;
+                }
+            }
+        }
+        Ok(sets)
+    }
+}
+
+/// The set of every point of the input's `frame`; `None` when the first set takes all.
+pub(super) fn assign(plans: &Plans, frame: &FrameData, cancel: &Cancel) -> Result<Option<Vec<u8>>, Error> {
+    let Some(assignment) = Assignment::new(plans, frame, cancel)? else { return Ok(None) };
+    let mut sets = Vec::with_capacity(frame.points);
+    for block in frame.blocks() {
+        sets.extend(assignment.block(&block, cancel)?);
+    }
+    Ok(Some(sets))
+}
+
+/// How many points of the input's `frame` are in each set.
+pub(crate) fn count(plans: &Plans, frame: &FrameData, cancel: &Cancel) -> Result<Vec<usize>, Error> {
+    let mut counts = vec![0; plans.len()];
+    let Some(assignment) = Assignment::new(plans, frame, cancel)? else {
+        counts[0] = frame.points;
+        return Ok(counts);
+    };
+    for block in frame.blocks() {
+        for set in assignment.block(&block, cancel)? {
+            if let Some(count) = counts.get_mut(usize::from(set)) {
+                *count += 1;
+            }
+        }
+    }
+    Ok(counts)
 }

@@ -13,7 +13,7 @@ use crate::analysis::walls::Walls;
 use crate::analysis::{up, walls};
 use crate::array::check;
 use crate::discover::TimeStep;
-use crate::{Error, IoMode, SeriesOptions, mapped};
+use crate::{Error, IoMode, SeriesOptions, input_file};
 
 pub(super) struct Survey {
     pub space: SeriesSpace,
@@ -96,10 +96,10 @@ fn find_walls(
     if !walls::has_kinds(&view.frame) {
         return Ok(None);
     }
-    let selected: Vec<bool> = (0..view.positions.len()).map(|i| view.is_water(i)).collect();
     let same_particles = last.as_ref().filter(|last| last.positions.len() == view.positions.len());
-    let later = same_particles.map(|last| last.positions_from(view.origin));
-    walls::find(&view.frame, &view.positions, &selected, later.as_deref(), cancel)
+    let later = same_particles.map(|last| |i: usize| last.position_from(view.origin, i));
+    let later = later.as_ref().map(|later| later as &dyn Fn(usize) -> [f32; 3]);
+    walls::find(&view.frame, &view.positions, |i| view.is_water(i), later, cancel)
 }
 
 /// Says how the first frame's files come into memory, unless the user has said.
@@ -110,7 +110,7 @@ fn describe_io(step: &TimeStep, plans: &Plans, choices: &mut Vec<Choice>) {
     let reason = step
         .files
         .iter()
-        .find_map(|file| mapped::reason_to_read(file, &std::fs::metadata(file).ok()?, plans.io_mode));
+        .find_map(|file| input_file::reason_to_read(file, &std::fs::metadata(file).ok()?, plans.io_mode));
     let (value, reason) = match reason {
         Some(reason) => ("read in blocks", reason),
         None => ("mapped", "local files at rest"),

@@ -1,13 +1,12 @@
 //! A frame as the survey looks at it.
 
-use std::borrow::Cow;
-
 use glam::{DVec3, Vec3};
 use meniscus_core::{Aabb, Cancel, Look};
 use rayon::prelude::*;
 
 use super::sets::{self, Plans, SetPlan};
 use crate::Error;
+use crate::analysis::subset::Subset;
 use crate::discover::TimeStep;
 use crate::frame_data::FrameData;
 
@@ -62,12 +61,12 @@ impl View {
     }
 
     /// The positions of the default set without those that `left_out` marks.
-    pub fn liquid(&self, left_out: Option<&[bool]>) -> Cow<'_, [[f32; 3]]> {
+    pub fn liquid(&self, left_out: Option<&[bool]>) -> Subset<'_> {
         if self.all_finite && self.sets.is_none() && left_out.is_none() {
-            return Cow::Borrowed(&self.positions);
+            return Subset::all(&self.positions);
         }
-        let is_in = |i: &usize| self.is_water(*i) && left_out.is_none_or(|left_out| !left_out[*i]);
-        (0..self.positions.len()).filter(is_in).map(|i| self.positions[i]).collect()
+        let is_in = |i| self.is_water(i) && left_out.is_none_or(|left_out| !left_out[i]);
+        Subset::those(&self.positions, is_in)
     }
 
     /// Indices of particles of the default set, evenly spread over the file, without those that `left_out` marks.
@@ -86,10 +85,9 @@ impl View {
         flat.filter(|&axis| (0..3).filter(|&other| other != axis).all(|other| extent[other] > 0.0))
     }
 
-    /// The positions relative to `origin` instead.
-    pub fn positions_from(&self, origin: DVec3) -> Vec<[f32; 3]> {
-        let shift = (self.origin - origin).as_vec3();
-        self.positions.par_iter().map(|&p| (Vec3::from(p) + shift).to_array()).collect()
+    /// The position of point `i` relative to `origin` instead.
+    pub fn position_from(&self, origin: DVec3, i: usize) -> [f32; 3] {
+        (Vec3::from(self.positions[i]) + (self.origin - origin).as_vec3()).to_array()
     }
 }
 

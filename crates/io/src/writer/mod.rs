@@ -14,6 +14,7 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 
 use crate::Error;
+use crate::codec::blocks::Compressor;
 
 pub use collection::write_pvd;
 
@@ -39,8 +40,12 @@ pub enum Encoding {
     Base64,
     /// As they are in memory, behind the markup: the fastest to read.
     Raw,
-    /// Blocks compressed with zlib, behind the markup: the smallest.
+    /// Blocks compressed with zlib, behind the markup: what VTK writes unless told otherwise.
     Zlib,
+    /// Blocks compressed with LZ4, behind the markup: larger and faster than zlib.
+    Lz4,
+    /// Blocks compressed with LZMA, behind the markup: the smallest and slowest.
+    Lzma,
 }
 
 /// Writes `particles` to `path`.
@@ -56,8 +61,10 @@ pub fn write(path: &Path, particles: &WriteParticles<'_>, format: Format) -> Res
         Format::Vtu(encoding) | Format::Vtp(encoding) => match encoding {
             Encoding::Ascii => inline::write(path, particles, kind, true),
             Encoding::Base64 => inline::write(path, particles, kind, false),
-            Encoding::Raw => vtu::write(path, particles, kind, false),
-            Encoding::Zlib => vtu::write(path, particles, kind, true),
+            Encoding::Raw => vtu::write(path, particles, kind, None),
+            Encoding::Zlib => vtu::write(path, particles, kind, Some(Compressor::Zlib)),
+            Encoding::Lz4 => vtu::write(path, particles, kind, Some(Compressor::Lz4)),
+            Encoding::Lzma => vtu::write(path, particles, kind, Some(Compressor::Lzma)),
         },
     }
 }

@@ -5,12 +5,11 @@ use std::fs::File;
 use std::io::{BufWriter, Result, Seek, SeekFrom, Write};
 use std::path::Path;
 
-use flate2::Compression;
-use flate2::write::ZlibEncoder;
 use rayon::prelude::*;
 
 use super::{VERTEX, Values, WriteParticles, XmlKind, counting, write_beside, write_values};
 use crate::Error;
+use crate::codec::blocks::Compressor;
 
 /// Bytes per compressed block, as VTK writes them.
 const BLOCK: usize = 1 << 15;
@@ -18,19 +17,19 @@ const BLOCK: usize = 1 << 15;
 /// Digits of the largest offset; the offsets are only known once the data is written, so their room is kept.
 const OFFSET_WIDTH: usize = 20;
 
-/// Writes `particles` to `path` as `kind` with appended data (little endian, 64-bit sizes), in zlib blocks or as it is.
+/// Writes `particles` to `path` as `kind` with appended data (little endian, 64-bit sizes), in blocks of `compressor` or as it is.
 pub(super) fn write(
     path: &Path,
     particles: &WriteParticles<'_>,
     kind: XmlKind,
-    zlib: bool,
+    compressor: Option<Compressor>,
 ) -> std::result::Result<(), Error> {
     write_beside(path, |writer| {
         let count = particles.positions.len();
         let mut offsets = vec![0; particles.attributes.len() + 5];
-        let head = header(particles, kind, zlib, &offsets);
+        let head = header(particles, kind, compressor, &offsets);
         writer.write_all(head.as_bytes())?;
-        let mut data = Appended { writer, zlib, written: 0, offsets: Vec::new() };
+        let mut data = Appended { writer, compressor, written: 0, offsets: Vec::new() };
         data.array(Values::F64(particles.time.as_slice()))?;
         for attribute in particles.attributes {
             data.array(attribute.values)?;
@@ -45,16 +44,21 @@ pub(super) fn write(
         write!(writer, "\n  </AppendedData>\n</VTKFile>\n")?;
         // Same length as before: only the digits of the offsets change, and their room is padded.
         writer.seek(SeekFrom::Start(0))?;
-        writer.write_all(header(particles, kind, zlib, &offsets).as_bytes())
+        writer.write_all(header(particles, kind, compressor, &offsets).as_bytes())
     })
 }
 
 /// Everything up to the underscore before the data. `offsets`: time, attributes, points, connectivity, offsets, types.
-fn header(particles: &WriteParticles<'_>, kind: XmlKind, zlib: bool, offsets: &[u64]) -> String {
+fn header(
+    particles: &WriteParticles<'_>,
+    kind: XmlKind,
+    compressor: Option<Compressor>,
+    offsets: &[u64],
+) -> String {
     let count = particles.positions.len();
     let mut offsets = offsets.iter();
     let mut text = String::new();
-    let compressor = if zlib { " compressor=\"vtkZLibDataCompressor\"" } else { "" };
+    let compressor = compressor.map_or(String::new(), |c| format!(" compressor=\"{}\"", c.name()));
     let mut line = |indent: usize, line: &str| {
         // Writing to a string cannot fail.
         let _ = writeln!(text, "{:indent$}{line}", "");
@@ -112,7 +116,7 @@ fn header(particles: &WriteParticles<'_>, kind: XmlKind, zlib: bool, offsets: &[
 /// The appended data as far as it is written.
 struct Appended<'w, 'f> {
     writer: &'w mut BufWriter<&'f mut File>,
-    zlib: bool,
+    compressor: Option<Compressor>,
     written: u64,
     offsets: Vec<u64>,
 }
@@ -120,8 +124,8 @@ struct Appended<'w, 'f> {
 impl Appended<'_, '_> {
     fn array(&mut self, values: Values<'_>) -> Result<()> {
         self.offsets.push(self.written);
-        if self.zlib {
-            return self.compressed(values);
+        if let Some(compressor) = self.compressor {
+            return self.compressed(values, compressor);
         }
         let size = (values.len() * values.size()) as u64;
         self.writer.write_all(&size.to_le_bytes())?;
@@ -131,7 +135,7 @@ impl Appended<'_, '_> {
 
     /// The numbers `start..start + count`.
     fn integers(&mut self, start: usize, count: usize) -> Result<()> {
-        if self.zlib {
+        if self.compressor.is_some() {
             let all: Vec<i64> = counting(start, count).flatten().collect();
             return self.array(Values::I64(&all));
         }
@@ -143,7 +147,7 @@ impl Appended<'_, '_> {
     }
 
     /// Block table and blocks: number of blocks, block size, size of a shorter last block or 0, compressed sizes.
-    fn compressed(&mut self, values: Values<'_>) -> Result<()> {
+    fn compressed(&mut self, values: Values<'_>, compressor: Compressor) -> Result<()> {
         let per_block = BLOCK / values.size();
         let count = values.len().div_ceil(per_block);
         let blocks: Vec<Vec<u8>> = (0..count)
@@ -151,7 +155,7 @@ impl Appended<'_, '_> {
             .map(|i| {
                 let mut raw = Vec::with_capacity(BLOCK);
                 values.append(i * per_block..((i + 1) * per_block).min(values.len()), false, &mut raw);
-                deflate(&raw)
+                compressor.compress(&raw)
             })
             .collect::<Result<_>>()?;
         let last = values.len() % per_block * values.size();
@@ -168,10 +172,4 @@ impl Appended<'_, '_> {
         }
         Ok(())
     }
-}
-
-fn deflate(raw: &[u8]) -> Result<Vec<u8>> {
-    let mut encoder = ZlibEncoder::new(Vec::with_capacity(raw.len()), Compression::fast());
-    encoder.write_all(raw)?;
-    encoder.finish()
 }

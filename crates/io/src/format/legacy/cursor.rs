@@ -2,104 +2,102 @@ use std::fmt::Display;
 use std::str::FromStr;
 
 use crate::Error;
-use crate::array::{Bytes, Content, DataArray};
+use crate::array::{Content, DataArray};
 use crate::codec::text;
-use crate::mapped::MappedFile;
+use crate::forward::Forward;
+use crate::input_file::{Bytes, InputFile};
 use crate::scalar::ScalarType;
 
 /// A place in a legacy file.
 pub(super) struct Cursor<'a> {
-    pub file: &'a MappedFile,
-    pub position: usize,
+    pub place: Forward<'a>,
     pub binary: bool,
 }
 
+/// No keyword, number or name is longer; a longer run of bytes is data.
+const MAX_WORD: usize = 4096;
+
 impl<'a> Cursor<'a> {
-    pub fn new(file: &'a MappedFile) -> Self {
-        Self { file, position: 0, binary: false }
+    pub fn new(file: &'a InputFile) -> Self {
+        Self { place: Forward::new(file, 0), binary: false }
     }
 
-    fn rest(&self) -> &'a [u8] {
-        &self.file[self.position..]
+    pub fn file(&self) -> &'a InputFile {
+        self.place.file()
     }
 
     pub fn malformed(&self, message: impl Display) -> Error {
-        Error::malformed(self.file.path(), format_args!("byte {}", self.position), message)
+        self.malformed_at(self.place.position(), message)
     }
 
-    /// The text up to the end of the line, which is consumed: LF, CR LF, or CR alone.
-    pub fn line(&mut self) -> &'a [u8] {
-        let rest = self.rest();
-        let end = rest.iter().position(|&b| b == b'\n' || b == b'\r').unwrap_or(rest.len());
-        self.position += end;
-        self.end_line();
-        &rest[..end]
+    fn malformed_at(&self, position: usize, message: impl Display) -> Error {
+        Error::malformed(self.file().path(), format_args!("byte {position}"), message)
     }
 
-    fn end_line(&mut self) {
-        match self.rest() {
-            [b'\r', b'\n', ..] => self.position += 2,
-            [b'\r' | b'\n', ..] => self.position += 1,
+    /// Steps behind the end of the line: LF, CR LF, or CR alone. Says whether there was more than blanks in it.
+    pub fn line(&mut self) -> Result<bool, Error> {
+        let is_blank = |byte: &u8| byte.is_ascii_whitespace() && !matches!(byte, b'\r' | b'\n');
+        self.place.skip_to(|text| text.iter().position(|byte| !is_blank(byte)))?;
+        let has_text = !matches!(self.place.peek(1)?.first(), None | Some(b'\r' | b'\n'));
+        self.place.skip_to(|text| memchr::memchr2(b'\n', b'\r', text))?;
+        match self.place.peek(2)? {
+            [b'\r', b'\n', ..] => self.place.advance(2),
+            [b'\r' | b'\n', ..] => self.place.advance(1),
             _ => {}
         }
+        Ok(has_text)
     }
 
-    /// Where the next word lies. It is not consumed: the blanks before it may be data that looks like blanks.
-    fn next_word(&self) -> std::ops::Range<usize> {
-        let rest = self.rest();
-        let start = rest.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(rest.len());
-        // No keyword or number is longer; a longer run of bytes is data.
-        let window = &rest[start..rest.len().min(start + 4096)];
-        let length = window.iter().position(u8::is_ascii_whitespace).unwrap_or(window.len());
-        self.position + start..self.position + start + length
-    }
-
-    /// The next word as written; `None` at the end of the file.
-    pub fn raw_word(&mut self) -> Option<&'a [u8]> {
-        let word = self.next_word();
-        self.position = word.end;
-        (!word.is_empty()).then(|| &self.file[word])
+    /// The next word as written, empty at the end of the file. The place moves behind it.
+    pub fn raw_word(&mut self) -> Result<Vec<u8>, Error> {
+        self.place.skip_blanks()?;
+        let there = self.place.peek(MAX_WORD)?;
+        let there = &there[..there.len().min(MAX_WORD)];
+        let length = there.iter().position(u8::is_ascii_whitespace).unwrap_or(there.len());
+        let word = there[..length].to_vec();
+        self.place.advance(length);
+        Ok(word)
     }
 
     /// The next word in lower case.
     pub fn word(&mut self, expected: &str) -> Result<String, Error> {
-        let word = self
-            .raw_word()
-            .ok_or_else(|| self.malformed(format_args!("the file ends, expected {expected}")))?;
-        Ok(String::from_utf8_lossy(word).to_ascii_lowercase())
-    }
-
-    /// Whether the next word is `keyword` (any case); consumes it if so.
-    pub fn accept(&mut self, keyword: &str) -> bool {
-        let word = self.next_word();
-        let found = self.file[word.clone()].eq_ignore_ascii_case(keyword.as_bytes());
-        if found {
-            self.position = word.end;
+        let word = self.raw_word()?;
+        if word.is_empty() {
+            return Err(self.malformed(format_args!("the file ends, expected {expected}")));
         }
-        found
+        Ok(String::from_utf8_lossy(&word).to_ascii_lowercase())
     }
 
-    /// Whether another word stands on this line.
-    pub fn line_goes_on(&self) -> bool {
-        self.rest().iter().find(|b| !matches!(b, b' ' | b'\t')).is_some_and(|b| !b.is_ascii_whitespace())
+    /// Whether the next word is `keyword` (any case); consumes it if so. Else nothing is consumed: the blanks before the word
+    /// may be data that looks like blanks.
+    pub fn accept(&mut self, keyword: &str) -> Result<bool, Error> {
+        let start = self.place.position();
+        let found = self.raw_word()?.eq_ignore_ascii_case(keyword.as_bytes());
+        if !found {
+            self.place.go_to(start);
+        }
+        Ok(found)
+    }
+
+    /// Whether another word stands on this line; the blanks before it are consumed.
+    pub fn line_goes_on(&mut self) -> Result<bool, Error> {
+        self.place.skip_to(|text| text.iter().position(|byte| !matches!(byte, b' ' | b'\t')))?;
+        Ok(self.place.peek(1)?.first().is_some_and(|byte| !byte.is_ascii_whitespace()))
     }
 
     pub fn number<T: FromStr>(&mut self, what: &str) -> Result<T, Error> {
-        let start = self.position;
+        let start = self.place.position();
         let word = self.word(what)?;
-        word.parse().map_err(|_| {
-            Error::malformed(
-                self.file.path(),
-                format_args!("byte {start}"),
-                format_args!("expected {what}, found {word:?}"),
-            )
-        })
+        word.parse().map_err(|_| self.malformed_at(start, format_args!("expected {what}, found {word:?}")))
     }
 
     /// A name, in which VTK writes unusual characters as `%xx`.
     pub fn name(&mut self) -> Result<String, Error> {
-        let word = self.raw_word().ok_or_else(|| self.malformed("the file ends, expected an array name"))?;
-        Ok(percent_decoded(word))
+        let word = self.raw_word()?;
+        if word.is_empty() {
+            return Err(self.malformed("the file ends, expected an array name"));
+        }
+        Ok(percent_decoded(&word))
     }
 
     pub fn scalar_type(&mut self) -> Result<ScalarType, Error> {
@@ -113,7 +111,7 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// The values that follow the line the cursor is on.
+    /// The values that follow the line the cursor is on, and what is said about them.
     pub fn array(
         &mut self,
         name: String,
@@ -121,59 +119,64 @@ impl<'a> Cursor<'a> {
         tuples: usize,
         ty: ScalarType,
     ) -> Result<DataArray, Error> {
-        let (start, end) = self.payload(&name, components, tuples, ty)?;
-        let bytes = Bytes::File(start..end);
-        let content = if self.binary {
-            Content::Binary { bytes, big: true }
-        } else {
-            Content::Text { bytes, unit_colours: false }
-        };
-        Ok(DataArray { name, components, tuples, ty, content })
-    }
-
-    fn payload(
-        &mut self,
-        name: &str,
-        components: usize,
-        tuples: usize,
-        ty: ScalarType,
-    ) -> Result<(usize, usize), Error> {
-        let values = components.checked_mul(tuples);
-        let length = values.and_then(|values| {
-            if self.binary {
-                self.line();
-                ty.bytes(values).filter(|&length| length <= self.rest().len())
-            } else {
-                // Every number takes a byte and a blank.
-                let possible = values <= self.rest().len();
-                possible.then(|| text::skip_tokens(self.rest(), values)).flatten()
-            }
-        });
-        let start = self.position;
-        let length = length.ok_or_else(|| {
+        let content = self.payload(components, tuples, ty)?.ok_or_else(|| {
             self.malformed(format_args!(
                 "{name:?} declares {tuples} x {components} values, more than the {} bytes left in the file; \
                  it is cut off or the count is wrong",
-                self.rest().len()
+                self.place.left()
             ))
         })?;
-        self.position += length;
-        Ok((start, self.position))
+        self.skip_metadata(components)?;
+        Ok(DataArray { name, components, tuples, ty, content })
+    }
+
+    /// Steps over the values; `None` when they are not all there.
+    fn payload(
+        &mut self,
+        components: usize,
+        tuples: usize,
+        ty: ScalarType,
+    ) -> Result<Option<Content>, Error> {
+        let Some(values) = components.checked_mul(tuples) else { return Ok(None) };
+        if self.binary {
+            self.line()?;
+            let Some(length) = ty.bytes(values).filter(|&length| length <= self.place.left()) else {
+                return Ok(None);
+            };
+            let start = self.place.position();
+            self.place.advance(length);
+            let bytes = Bytes::of(self.file(), start..start + length);
+            return Ok(Some(Content::Binary { bytes, big: true }));
+        }
+        let start = self.place.position();
+        let rest = Bytes::of(self.file(), start..self.file().len());
+        // Every number takes a byte and a blank.
+        if values > rest.len() {
+            return Ok(None);
+        }
+        let pieces = text::find(&rest, values)?;
+        if pieces.iter().map(|piece| piece.count).sum::<usize>() < values {
+            return Ok(None);
+        }
+        let length = text::end_of(&rest, &pieces)?;
+        self.place.advance(length);
+        let bytes = Bytes::of(self.file(), start..start + length);
+        Ok(Some(Content::Text { bytes, unit_colours: false, pieces: Some(pieces) }))
     }
 
     /// Steps over `count` strings, in text one to a line, in binary each behind its length.
     pub fn skip_strings(&mut self, count: usize) -> Result<(), Error> {
-        if count > self.rest().len() {
+        if count > self.place.left() {
             return Err(self.malformed(format_args!("{count} strings cannot be in the rest of the file")));
         }
-        self.line();
+        self.line()?;
         for _ in 0..count {
             if !self.binary {
-                self.line();
+                self.line()?;
                 continue;
             }
             // The two high bits of the first byte say how many bytes the length has: 8, 4, 2 or 1.
-            let rest = self.rest();
+            let rest = self.place.peek(8)?;
             let width = 8 >> (rest.first().copied().unwrap_or(0) >> 6);
             let length = rest.get(..width).map(|bytes| {
                 let raw = bytes.iter().fold(0_u64, |acc, &b| acc << 8 | u64::from(b));
@@ -181,17 +184,27 @@ impl<'a> Cursor<'a> {
             });
             let end = length
                 .and_then(|length| usize::try_from(length).ok()?.checked_add(width))
-                .filter(|&end| end <= rest.len())
+                .filter(|&end| end <= self.place.left())
                 .ok_or_else(|| self.malformed("a string runs past the end of the file"))?;
-            self.position += end;
+            self.place.advance(end);
         }
         Ok(())
     }
 
-    /// Steps over a METADATA block, which an empty line ends.
-    pub fn skip_metadata(&mut self) {
-        self.line();
-        while !self.rest().is_empty() && !self.line().trim_ascii().is_empty() {}
+    /// Steps over METADATA blocks, if any follow, of an array with `components`.
+    pub fn skip_metadata(&mut self, components: usize) -> Result<(), Error> {
+        while self.accept("METADATA")? {
+            self.line()?;
+            // An empty line ends the block, but for those that stand for components without a name.
+            if self.accept("COMPONENT_NAMES")? {
+                self.line()?;
+                for _ in 0..components.min(self.place.left()) {
+                    self.line()?;
+                }
+            }
+            while self.line()? {}
+        }
+        Ok(())
     }
 }
 

@@ -3,7 +3,7 @@ use meniscus_core::Cancel;
 use super::cursor::Cursor;
 use crate::Error;
 use crate::array::DataArray;
-use crate::mapped::MappedFile;
+use crate::input_file::InputFile;
 use crate::scalar::ToF64;
 
 /// The geometry of `STRUCTURED_POINTS` and `RECTILINEAR_GRID`, whose points are not listed in the file.
@@ -36,7 +36,7 @@ impl Grid {
     }
 
     /// Number and coordinates (little-endian `f64`, x fastest) of the grid's points.
-    pub fn points(&self, file: &MappedFile) -> Result<Option<(usize, Vec<u8>)>, Error> {
+    pub fn points(&self, file: &InputFile) -> Result<Option<(usize, Vec<u8>)>, Error> {
         let Some(dimensions) = self.dimensions.filter(|_| self.is_regular || self.is_rectilinear) else {
             return Ok(None);
         };

@@ -3,7 +3,7 @@ use meniscus_core::Cancel;
 use super::cursor::Cursor;
 use super::grid::Grid;
 use crate::Error;
-use crate::array::{Bytes, Content, DataArray};
+use crate::array::{Content, DataArray};
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::scalar::{ScalarType, ToF64};
 
@@ -50,7 +50,7 @@ impl<'a> Sections<'a> {
         let keyword = self.cursor.word("DATASET")?;
         if keyword == "field" {
             return Err(Error::unsupported(
-                self.cursor.file.path(),
+                self.cursor.file().path(),
                 "a FIELD without points; expected a data set",
             ));
         }
@@ -65,7 +65,7 @@ impl<'a> Sections<'a> {
             other => {
                 let message =
                     format!("DATASET {other:?}; expected POLYDATA or UNSTRUCTURED_GRID with particles");
-                return Err(Error::unsupported(self.cursor.file.path(), message));
+                return Err(Error::unsupported(self.cursor.file().path(), message));
             }
         }
         while self.section()? {}
@@ -74,9 +74,11 @@ impl<'a> Sections<'a> {
 
     /// Reads the next section; `false` at the end of what is understood.
     fn section(&mut self) -> Result<bool, Error> {
-        let start = self.cursor.position;
-        let Some(keyword) = self.cursor.raw_word() else { return Ok(false) };
-        let keyword = String::from_utf8_lossy(keyword).to_ascii_lowercase();
+        let start = self.cursor.place.position();
+        let keyword = String::from_utf8_lossy(&self.cursor.raw_word()?).to_ascii_lowercase();
+        if keyword.is_empty() {
+            return Ok(false);
+        }
         match keyword.as_str() {
             "points" => self.read_points()?,
             "vertices" => self.has_vertices |= self.skip_cells()?,
@@ -91,11 +93,10 @@ impl<'a> Sections<'a> {
             "point_data" => self.owner = Owner::Points(self.cursor.number("the number of points")?),
             "cell_data" => self.owner = Owner::Cells(self.cursor.number("the number of cells")?),
             "field" => self.read_field()?,
-            "metadata" => self.cursor.skip_metadata(),
             _ => {
                 let known = self.attribute(&keyword)? || self.grid.section(&keyword, &mut self.cursor)?;
                 if !known && self.points.is_none() {
-                    self.cursor.position = start;
+                    self.cursor.place.go_to(start);
                     return Err(self
                         .cursor
                         .malformed(format_args!("unknown section {keyword:?} before POINTS")));
@@ -121,13 +122,13 @@ impl<'a> Sections<'a> {
         let count: usize = self.cursor.number("the number of cells")?;
         let size: usize = self.cursor.number("the size of the cell list")?;
         // Since 5.1 offsets and connectivity are two typed arrays; told by the word, because 5.0 files are written either way.
-        if !self.cursor.accept("OFFSETS") {
+        if !self.cursor.accept("OFFSETS")? {
             self.cursor.array("cells".into(), 1, size, ScalarType::I32)?;
             return Ok(count > 0);
         }
         let ty = self.cursor.scalar_type()?;
         self.cursor.array("cell offsets".into(), 1, count, ty)?;
-        if !self.cursor.accept("CONNECTIVITY") {
+        if !self.cursor.accept("CONNECTIVITY")? {
             return Err(self.cursor.malformed("expected CONNECTIVITY after OFFSETS"));
         }
         let ty = self.cursor.scalar_type()?;
@@ -139,9 +140,6 @@ impl<'a> Sections<'a> {
         self.cursor.name()?;
         let count: usize = self.cursor.number("the number of arrays")?;
         for _ in 0..count {
-            while self.cursor.accept("METADATA") {
-                self.cursor.skip_metadata();
-            }
             let name = self.cursor.name()?;
             let components = self.cursor.number("the number of components")?;
             let tuples: usize = self.cursor.number("the number of tuples")?;
@@ -151,6 +149,7 @@ impl<'a> Sections<'a> {
                     .checked_mul(components)
                     .ok_or_else(|| self.cursor.malformed("the number of strings overflows"))?;
                 self.cursor.skip_strings(count)?;
+                self.cursor.skip_metadata(components)?;
                 continue;
             }
             let ty = self.cursor.numeric(&ty)?;
@@ -199,9 +198,9 @@ impl<'a> Sections<'a> {
             }
             ("scalars", _) => {
                 let ty = self.cursor.scalar_type()?;
-                let given = self.cursor.line_goes_on();
+                let given = self.cursor.line_goes_on()?;
                 let components = if given { self.cursor.number("the number of components")? } else { 1 };
-                if self.cursor.accept("LOOKUP_TABLE") {
+                if self.cursor.accept("LOOKUP_TABLE")? {
                     self.cursor.name()?;
                 }
                 (components, ty)
@@ -222,7 +221,7 @@ impl<'a> Sections<'a> {
                 self.attributes.push(array);
             }
             Owner::Dataset if array.components == 1 && array.tuples == 1 && is_time(&array.name) => {
-                let value = array.check(self.cursor.file)?.collect(&ToF64, &Cancel::default())?[0];
+                let value = array.check(self.cursor.file())?.collect(&ToF64, &Cancel::default())?[0];
                 self.time = Some(value).filter(|time| time.is_finite());
             }
             _ => {}
@@ -231,7 +230,7 @@ impl<'a> Sections<'a> {
     }
 
     fn finish(mut self) -> Result<Dataset, Error> {
-        let file = self.cursor.file;
+        let file = self.cursor.file();
         let positions = match self.points.take() {
             Some(points) => points,
             None => match self.grid.points(file)? {
@@ -240,7 +239,7 @@ impl<'a> Sections<'a> {
                     components: 3,
                     tuples,
                     ty: ScalarType::F64,
-                    content: Content::Binary { bytes: Bytes::Owned(coordinates.into()), big: false },
+                    content: Content::Binary { bytes: coordinates.into(), big: false },
                 },
                 None => {
                     return Err(self.cursor.malformed("the file ends without POINTS; expected particles"));

@@ -6,10 +6,11 @@ use meniscus_core::Cancel;
 use super::settings::Settings;
 use super::{Attributes, CollectionEntry, Document};
 use crate::Error;
-use crate::array::{Bytes, Content, DataArray};
+use crate::array::{Content, DataArray};
 use crate::dataset::{CellGhosts, Cells, Dataset, GHOSTS, Piece};
 use crate::format::legacy::is_time;
-use crate::mapped::MappedFile;
+use crate::forward::Forward;
+use crate::input_file::{Bytes, InputFile};
 use crate::scalar::{ScalarType, ToF64};
 
 /// The part of a data set that an array belongs to.
@@ -45,11 +46,37 @@ struct Declared {
     name: String,
     components: usize,
     ty: ScalarType,
-    /// In the appended data; else in `bytes`.
+    /// In the appended data; else in `text`.
     offset: Option<usize>,
     ascii: bool,
-    bytes: Option<Bytes>,
+    text: ArrayText,
+    /// There were blanks behind the text.
+    blank_follows: bool,
     tuples: Option<usize>,
+}
+
+/// The text of a `DataArray` element.
+enum ArrayText {
+    /// Where it lies in the file.
+    InFile(Range<usize>),
+    /// Put together from what is not contiguous in the file.
+    Copied(Vec<u8>),
+}
+
+impl ArrayText {
+    fn is_empty(&self) -> bool {
+        match self {
+            Self::InFile(range) => range.is_empty(),
+            Self::Copied(text) => text.is_empty(),
+        }
+    }
+
+    fn bytes(self, file: &InputFile) -> Bytes {
+        match self {
+            Self::InFile(range) => Bytes::of(file, range),
+            Self::Copied(text) => text.into(),
+        }
+    }
 }
 
 /// Where the appended data starts and ends.
@@ -60,7 +87,7 @@ struct Appended {
 
 /// Builds a document from the elements of a file.
 pub(super) struct Builder<'a> {
-    file: &'a MappedFile,
+    file: &'a InputFile,
     settings: Option<Settings>,
     piece: Option<OpenPiece>,
     pieces: Vec<OpenPiece>,
@@ -73,7 +100,7 @@ pub(super) struct Builder<'a> {
 }
 
 impl<'a> Builder<'a> {
-    pub fn new(file: &'a MappedFile) -> Self {
+    pub fn new(file: &'a InputFile) -> Self {
         Self {
             file,
             settings: None,
@@ -177,12 +204,12 @@ impl<'a> Builder<'a> {
             }
             return Ok(());
         };
-        let format = attributes.get("format").unwrap_or("ascii");
-        if !["ascii", "binary", "appended"].contains(&format) {
+        let format = attributes.get("format").unwrap_or("ascii").to_ascii_lowercase();
+        if !["ascii", "binary", "appended"].contains(&format.as_str()) {
             let message = format!("format={format:?}, expected ascii, binary or appended");
             return Err(self.malformed(&place, message));
         }
-        let offset = match format {
+        let offset = match format.as_str() {
             "appended" => Some(
                 self.number(attributes, "offset", &place)?
                     .ok_or_else(|| self.malformed(&place, "appended data without an offset"))?,
@@ -197,7 +224,8 @@ impl<'a> Builder<'a> {
             ty,
             offset,
             ascii: format == "ascii",
-            bytes: None,
+            text: ArrayText::InFile(0..0),
+            blank_follows: false,
         });
         Ok(())
     }
@@ -212,28 +240,36 @@ impl<'a> Builder<'a> {
     }
 
     /// Text of the open array at `range` of the file.
-    pub fn array_text(&mut self, range: Range<usize>) {
-        // Blanks around child elements and comments would only force a copy.
-        if self.file[range.clone()].trim_ascii_start().is_empty() {
-            return;
+    pub fn array_text(&mut self, range: Range<usize>, is_blank: bool) -> Result<(), Error> {
+        match &mut self.array {
+            // Blanks around child elements and comments would only force a copy.
+            Some(array) if is_blank => array.blank_follows |= !array.text.is_empty(),
+            Some(array) if array.text.is_empty() => array.text = ArrayText::InFile(range),
+            Some(_) => {
+                let mut scratch = Vec::new();
+                let text = self.file.get(range, &mut scratch)?.unwrap_or_default();
+                self.owned_text(text)?;
+            }
+            None => {}
         }
-        let Some(array) = &mut self.array else { return };
-        match &array.bytes {
-            None => array.bytes = Some(Bytes::File(range)),
-            Some(_) => self.owned_text(&self.file[range]),
-        }
+        Ok(())
     }
 
     /// Text that is not contiguous in the file with the text before it.
-    pub fn owned_text(&mut self, text: &[u8]) {
-        let Some(array) = &mut self.array else { return };
-        let mut whole = match array.bytes.take() {
-            None => Vec::new(),
-            Some(Bytes::File(range)) => self.file[range].to_vec(),
-            Some(Bytes::Owned(bytes)) => bytes.to_vec(),
-        };
-        whole.extend_from_slice(text);
-        array.bytes = Some(Bytes::Owned(whole.into()));
+    pub fn owned_text(&mut self, text: &[u8]) -> Result<(), Error> {
+        let Some(array) = &mut self.array else { return Ok(()) };
+        if let ArrayText::InFile(range) = &array.text {
+            let mut scratch = Vec::new();
+            let before = self.file.get(range.clone(), &mut scratch)?.unwrap_or_default();
+            array.text = ArrayText::Copied(before.to_vec());
+        }
+        if let ArrayText::Copied(whole) = &mut array.text {
+            if std::mem::take(&mut array.blank_follows) {
+                whole.push(b' ');
+            }
+            whole.extend_from_slice(text);
+        }
+        Ok(())
     }
 
     /// An element closes.
@@ -257,14 +293,20 @@ impl<'a> Builder<'a> {
                     _ => {}
                 }
             }
-            "Piece" => self.pieces.extend(self.piece.take()),
+            // Of many empty pieces one says what all do.
+            "Piece" => {
+                let has_points = |piece: &OpenPiece| piece.points > 0;
+                let is_needed = |piece: &OpenPiece| has_points(piece) || self.pieces.is_empty();
+                let piece = self.piece.take().filter(is_needed);
+                self.pieces.extend(piece);
+            }
             _ => {}
         }
         Ok(())
     }
 
-    /// The `AppendedData` element starts, its content at `start`; whether it is raw.
-    pub fn appended(&mut self, attributes: &Attributes, start: usize) -> Result<bool, Error> {
+    /// The `AppendedData` element starts, its content at `place`; whether it is raw.
+    pub fn appended(&mut self, attributes: &Attributes, place: &mut Forward<'_>) -> Result<bool, Error> {
         let base64 = match attributes.get("encoding") {
             Some("raw") => false,
             Some("base64") | None => true,
@@ -273,13 +315,13 @@ impl<'a> Builder<'a> {
                 return Err(self.malformed("element AppendedData", message));
             }
         };
-        let content = &self.file[start..];
-        let blanks = content.iter().position(|b| !b.is_ascii_whitespace()).unwrap_or(content.len());
-        if content.get(blanks) != Some(&b'_') {
-            let place = format!("byte {}", start + blanks);
+        place.skip_blanks()?;
+        let start = place.position();
+        if place.peek(1)?.first() != Some(&b'_') {
+            let place = format!("byte {start}");
             return Err(self.malformed(&place, "expected an underscore before the appended data"));
         }
-        self.appended = Some(Appended { range: start + blanks + 1..self.file.len(), base64 });
+        self.appended = Some(Appended { range: start + 1..self.file.len(), base64 });
         self.has_appended_text = base64;
         Ok(!base64)
     }
@@ -370,7 +412,7 @@ impl<'a> Builder<'a> {
             ));
         }
         let (bytes, base64) = match (array.offset, &self.appended) {
-            (None, _) => (array.bytes.unwrap_or(Bytes::File(0..0)), true),
+            (None, _) => (array.text.bytes(self.file), true),
             (Some(_), None) => {
                 return Err(self.malformed(&place, "appended data, but no AppendedData element"));
             }
@@ -385,11 +427,11 @@ impl<'a> Builder<'a> {
                             ),
                         )
                     })?;
-                (Bytes::File(start..range.end), *base64)
+                (Bytes::of(self.file, start..range.end), *base64)
             }
         };
         let content = if array.ascii {
-            Content::Text { bytes, unit_colours: false }
+            Content::Text { bytes, unit_colours: false, pieces: None }
         } else {
             Content::Framed {
                 bytes,

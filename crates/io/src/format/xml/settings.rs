@@ -1,7 +1,7 @@
 use super::Attributes;
 use crate::Error;
 use crate::codec::blocks::Compressor;
-use crate::mapped::MappedFile;
+use crate::input_file::InputFile;
 
 /// Settings of the `VTKFile` element.
 #[derive(Clone, Debug, Default)]
@@ -16,7 +16,7 @@ pub(super) struct Settings {
 
 impl Settings {
     /// Reads and checks the attributes of `VTKFile`.
-    pub fn read(file: &MappedFile, attributes: &Attributes) -> Result<Self, Error> {
+    pub fn read(file: &InputFile, attributes: &Attributes) -> Result<Self, Error> {
         let malformed = |message: String| Error::malformed(file.path(), "element VTKFile", message);
         let kind = attributes.get("type").unwrap_or_default().to_owned();
         if !matches!(
@@ -28,8 +28,9 @@ impl Settings {
             return Err(Error::unsupported(file.path(), message));
         }
         let big = match attributes.get("byte_order") {
-            Some("BigEndian") => true,
-            Some("LittleEndian") | None => false,
+            Some(order) if order.eq_ignore_ascii_case("BigEndian") => true,
+            Some(order) if order.eq_ignore_ascii_case("LittleEndian") => false,
+            None => false,
             Some(other) => {
                 let message = format!("byte_order={other:?}, expected LittleEndian or BigEndian");
                 return Err(malformed(message));
