@@ -3,7 +3,7 @@ use meniscus_gpu::{
     Binding, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Dispatch, Gpu, HostField, HostStruct,
     Recorder, Shader, host_fields,
 };
-use meniscus_ssfr::filter::HostSurface;
+use meniscus_ssfr::filter::{HostSurface, INCLUDES, Properties, TAPS};
 use meniscus_ssfr::{FilterEntry, FilterImages, SsfrError, SurfaceFilter};
 
 use crate::{PlaneFitParams, twin};
@@ -48,7 +48,12 @@ impl PlaneFit {
     /// A parameter out of range, or a shader that the driver does not take.
     pub fn new(gpu: &Gpu, params: PlaneFitParams) -> Result<Self, SsfrError> {
         params.validate()?;
-        Ok(Self { params, pass: gpu.compute_pipeline(&ComputePipelineDescriptor::new(SHADER))? })
+        let descriptor = ComputePipelineDescriptor {
+            includes: INCLUDES,
+            counts: Some(TAPS),
+            ..ComputePipelineDescriptor::new(SHADER)
+        };
+        Ok(Self { params, pass: gpu.compute_pipeline(&descriptor)? })
     }
 }
 
@@ -87,8 +92,13 @@ impl SurfaceFilter for PlaneFit {
         twin::plane_fit(camera, &self.params, surface)
     }
 
-    fn nominal_sigma(&self) -> Option<f32> {
-        Some(self.params.sigma)
+    fn properties(&self) -> Properties {
+        Properties {
+            exact_up_to_silhouettes: true,
+            nominal_sigma: Some(self.params.sigma),
+            range_radii: Some(self.params.range),
+            ..Properties::exact_on_tilted_planes()
+        }
     }
 }
 
@@ -98,6 +108,6 @@ mod tests {
 
     #[test]
     fn the_uniform_has_the_layout_of_its_shader() {
-        PlaneFitUniform::check_layout(&SHADER, &[]).unwrap();
+        PlaneFitUniform::check_layout(&SHADER, INCLUDES).unwrap();
     }
 }

@@ -43,7 +43,7 @@ impl Pass {
     /// The smoothed distance of `pixel`: minimises `sum w_i (a + b x_i + c y_i - z_i)^2` over the window, with biweights of
     /// place and key, and takes the plane's value `a` at the pixel itself.
     fn fit(&self, source: &[f32], radius: &[f32], pixel: usize) -> f32 {
-        if source[pixel] >= NO_SURFACE {
+        if !is_surface(source[pixel]) {
             return NO_SURFACE;
         }
         let (distance, radius) = (f64::from(source[pixel]), f64::from(radius[pixel]));
@@ -53,7 +53,7 @@ impl Pass {
         let key_per_distance = if self.is_parallel { 1.0 } else { center * center };
         let range = self.range_radii * radius * key_per_distance;
         let reach_px = 8.0_f64.sqrt() * self.sigma_radii * radius * self.view.px_per_world(distance);
-        if reach_px <= 1.0 {
+        if !(reach_px > 1.0 && reach_px < 1e9) {
             return source[pixel];
         }
         let step = (reach_px / MAX_TAPS).max(1.0);
@@ -68,7 +68,7 @@ impl Pass {
                     continue;
                 }
                 let tap = source[(at_y * width + at_x) as usize];
-                if tap >= NO_SURFACE {
+                if !is_surface(tap) {
                     continue;
                 }
                 let basis = DVec3::new(1.0, dx / reach_px, dy / reach_px);
@@ -91,6 +91,11 @@ impl Pass {
         let key = (center + trust * height * range).max(last);
         (if self.is_parallel { -key } else { 1.0 / key }) as f32
     }
+}
+
+/// Whatever is no distance is no surface.
+fn is_surface(distance: f32) -> bool {
+    distance > 0.0 && distance < 1.7e38
 }
 
 /// Tukey's biweight of a squared deviation.
