@@ -63,13 +63,9 @@ impl SurfaceFilter for PlaneFit {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let uniform = PlaneFitUniform {
-            sigma_radii: self.params.pass_sigma_radii(images.spacing_per_radius),
-            range_radii: self.params.range,
-        };
-        let uniform = recorder.uniform(&uniform);
         let mut source = images.source.bind();
-        for pass in 1..=self.params.passes {
+        for (pass, sigma_radii) in (1..).zip(self.params.pass_sigmas_radii(images.spacing_per_radius)) {
+            let uniform = PlaneFitUniform { sigma_radii, range_radii: self.params.range };
             let smoothed = if pass == self.params.passes {
                 images.target.bind()
             } else {
@@ -77,7 +73,7 @@ impl SurfaceFilter for PlaneFit {
             };
             let bindings = [
                 ("camera", camera.clone()),
-                ("plane_fit", uniform.clone()),
+                ("plane_fit", recorder.uniform(&uniform)),
                 ("source", source),
                 ("radius", images.radius.bind()),
                 ("smoothed", smoothed.clone()),

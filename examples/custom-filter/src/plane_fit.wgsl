@@ -19,8 +19,9 @@ struct PlaneFit {
 @group(0) @binding(3) var<storage, read> radius: array<f32>;
 @group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
 
-// Taps to each side; a wider window is sampled in larger steps.
-const MAX_TAPS: f32 = 5.0;
+// Taps to each side; a wider window is sampled in larger steps, powers of two. Every other tap fades before they double, so
+// that no ring shows where they do.
+const MAX_TAPS: f32 = 8.0;
 // Reach of a biweight disc per standard deviation along an axis: sqrt(8).
 const REACH_PER_SIGMA: f32 = 2.828427;
 // Where the window is little more than a line there is no plane to fit, and the pixel stays (1 = a full window, 0.13 = the
@@ -49,8 +50,12 @@ fn fit(at: vec2<i32>, distance: f32, radius_world: f32) -> Fit {
     if !(reach_px > 1.0 && reach_px < 1e9) {
         return Fit(distance, 0u);
     }
-    let step = max(1.0, reach_px / MAX_TAPS);
-    let taps = i32(min(ceil(reach_px), MAX_TAPS));
+    var step = 1.0;
+    while reach_px > MAX_TAPS * step {
+        step *= 2.0;
+    }
+    let taps = i32(reach_px / step);
+    let odd = 1.0 - smoothstep(0.5 * MAX_TAPS, MAX_TAPS, reach_px / step);
     var read = 0u;
 
     // Weighted moments of place (in reaches) and key (in ranges): of 1, x, y; of xx, xy, yy; of z, xz, yz.
@@ -59,9 +64,10 @@ fn fit(at: vec2<i32>, distance: f32, radius_world: f32) -> Fit {
     var keys = vec3(0.0);
     for (var j = -taps; j <= taps; j++) {
         for (var i = -taps; i <= taps; i++) {
-            let offset = vec2<i32>(round(vec2(f32(i), f32(j)) * step));
+            let offset = vec2(i, j) * i32(step);
             let tap = at + offset;
-            if any(tap < vec2(0)) || any(tap >= size) {
+            let p = vec2<f32>(offset) / reach_px;
+            if any(tap < vec2(0)) || any(tap >= size) || dot(p, p) >= 1.0 {
                 continue;
             }
             let key = key_of(camera, source[tap.y * size.x + tap.x]);
@@ -69,9 +75,9 @@ fn fit(at: vec2<i32>, distance: f32, radius_world: f32) -> Fit {
             if is_gap(key) {
                 continue;
             }
-            let p = vec2<f32>(offset) / reach_px;
             let z = (key - center) / range;
-            let weight = biweight(dot(p, p)) * biweight(z * z);
+            let fade = select(1.0, odd, (i & 1) == 1) * select(1.0, odd, (j & 1) == 1);
+            let weight = fade * biweight(dot(p, p)) * biweight(z * z);
             first += weight * vec3(1.0, p);
             second += weight * vec3(p.x * p.x, p.x * p.y, p.y * p.y);
             keys += weight * z * vec3(1.0, p);

@@ -12,11 +12,7 @@ fn the_plane_fit_conforms() {
         &gpu,
         &registry,
         PlaneFit::NAME,
-        &[
-            r#"{"passes": 1}"#,
-            r#"{"sigma": 0.5, "passes": 1}"#,
-            r#"{"sigma": 2.0, "range": 3.0, "passes": 3}"#,
-        ],
+        &[r#"{"sigma": 0.5, "passes": 2}"#, r#"{"sigma": 2.0, "range": 3.0, "passes": 4}"#],
     );
 }
 
