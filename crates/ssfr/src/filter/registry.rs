@@ -90,7 +90,7 @@ impl FilterRegistry {
             ),
             FilterEntry::new(
                 Adaptive::NAME,
-                "bilateral in simple tiles of the picture, narrow-range in complex ones",
+                "bilateral in simple tiles, narrow-range in complex ones; looks like narrow-range and costs more",
                 |gpu, params| Ok(Box::new(Adaptive::new(gpu, params)?)),
             ),
             FilterEntry::new(
