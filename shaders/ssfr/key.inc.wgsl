@@ -1,6 +1,6 @@
 #define_import_path meniscus::key
 #import meniscus::camera::Camera
-#import meniscus::surface::{NO_SURFACE, is_empty}
+#import meniscus::surface::NO_SURFACE
 
 // The key of a distance: a number that is affine in the pixel on every plane, and greater for what is nearer. 1/d under
 // perspective, -d in parallel projection (algorithms.md 3.7).
@@ -12,8 +12,14 @@ fn is_gap(key: f32) -> bool {
     return key <= -1.7e38;
 }
 
+// Whether a distance is one: positive, and neither the sentinel nor infinite nor NaN. By its bits, because comparisons of
+// floats may assume that the last two do not occur.
+fn is_surface(distance: f32) -> bool {
+    return bitcast<u32>(distance) - 0x00800000u < 0x7e800000u;
+}
+
 fn key_of(camera: Camera, distance: f32) -> f32 {
-    if is_empty(distance) {
+    if !is_surface(distance) {
         return GAP;
     }
     return select(1.0 / distance, -distance, camera.orthographic != 0u);

@@ -3,10 +3,10 @@
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::narrow_range::{NarrowRange, sigmas, WIDENED, REACH, MAX_TAPS, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
-@group(0) @binding(1) var<uniform> narrow: NarrowRange;
+@group(0) @binding(1) var<uniform> smoothing: Smoothing;
 @group(0) @binding(2) var<storage, read> radius: array<f32>;
 @group(0) @binding(3) var<storage, read> source: array<f32>;
 @group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
@@ -34,9 +34,9 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
     let center = source[pixel];
     smoothed[pixel] = center;
     let r = radius[pixel];
-    let delta = narrow.range_radii * r;
-    let clamped = center + narrow.clamp_radii * r;
-    let widths = sigmas(camera, narrow, center, r);
+    let delta = smoothing.range_radii * r;
+    let clamped = center + smoothing.clamp_radii * r;
+    let widths = sigmas(camera, smoothing, center, r);
     let at = vec2<i32>(id);
     let last = vec2<i32>(camera.size_px) - 1;
     // Sums of differences to the centre: those of the distances themselves would be rounded ten times more coarsely.
@@ -44,7 +44,7 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
     var weights = 1.0;
     var read = 0u;
 #ifdef SQUARE
-    let sigma_px = widths.clean_px;
+    let sigma_px = widths.square_px;
     let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
     // The inner ring slopes on into the outer one, the same way for all of a ring.
     var inner = Range(center - delta, center + delta);
@@ -78,39 +78,31 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
         }
         inner = outer;
     }
-    let is_used = sigma_px >= LEAST_SIGMA_PX;
 #else
-    let is_row = narrow.direction.x == 1u;
+    let is_row = smoothing.direction.x == 1u;
     let place = select(at.y, at.x, is_row);
     let room = min(place, select(last.y, last.x, is_row) - place);
     let stride = select(width, 1, is_row);
     let sigma_px = widths.pass_px * WIDENED;
-    let reach_px = REACH * sigma_px;
-    let step = max(1, i32(ceil(reach_px / MAX_TAPS)));
-    let taps = i32(ceil(reach_px / f32(step)));
-    let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
+    let taps = taps_of(smoothing, max(sigma_px, LEAST_SIGMA_PX), room);
     var range_after = Range(center - delta, center + delta);
     var range_before = range_after;
-    for (var k = 1; k <= taps; k++) {
-        let offset = k * step;
-        if offset > room {
-            break;
-        }
+    for (var k = 1; k <= taps.count; k++) {
+        let offset = k * taps.step;
         let after = source[pixel + offset * stride];
         let before = source[pixel - offset * stride];
         read += 2u;
         // In front: another surface, which hides part of ours; its mirrored sample goes with it (3.2).
         if after >= range_after.low && before >= range_before.low {
-            let weight = exp(falloff * f32(offset * offset));
+            let weight = tap_weight(taps, k);
             let value_after = select(clamped, after, accept(&range_after, after, delta));
             let value_before = select(clamped, before, accept(&range_before, before, delta));
             total += weight * ((value_after - center) + (value_before - center));
             weights += 2.0 * weight;
         }
     }
-    let is_used = sigma_px >= LEAST_SIGMA_PX;
 #endif
-    if is_used {
+    if sigma_px >= LEAST_SIGMA_PX {
         smoothed[pixel] = center + total / weights;
     }
     return read;

@@ -8,6 +8,7 @@
 //! A splat is the exact sphere of a particle. It is drawn when all of it lies beyond the camera's near distance (so the
 //! eye is never inside a splat) and only where it is in front of the opaque scene.
 
+pub mod conformance;
 mod error;
 pub mod filter;
 mod images;

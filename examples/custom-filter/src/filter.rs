@@ -3,7 +3,7 @@ use meniscus_gpu::{
     Binding, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Dispatch, Gpu, HostField, HostStruct,
     Recorder, Shader, host_fields,
 };
-use meniscus_ssfr::filter::HostSurface;
+use meniscus_ssfr::filter::{HostSurface, INCLUDES, Properties, TAPS};
 use meniscus_ssfr::{FilterEntry, FilterImages, SsfrError, SurfaceFilter};
 
 use crate::{PlaneFitParams, twin};
@@ -48,7 +48,12 @@ impl PlaneFit {
     /// A parameter out of range, or a shader that the driver does not take.
     pub fn new(gpu: &Gpu, params: PlaneFitParams) -> Result<Self, SsfrError> {
         params.validate()?;
-        Ok(Self { params, pass: gpu.compute_pipeline(&ComputePipelineDescriptor::new(SHADER))? })
+        let descriptor = ComputePipelineDescriptor {
+            includes: INCLUDES,
+            counts: Some(TAPS),
+            ..ComputePipelineDescriptor::new(SHADER)
+        };
+        Ok(Self { params, pass: gpu.compute_pipeline(&descriptor)? })
     }
 }
 
@@ -58,13 +63,9 @@ impl SurfaceFilter for PlaneFit {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let uniform = PlaneFitUniform {
-            sigma_radii: self.params.pass_sigma_radii(images.spacing_per_radius),
-            range_radii: self.params.range,
-        };
-        let uniform = recorder.uniform(&uniform);
         let mut source = images.source.bind();
-        for pass in 1..=self.params.passes {
+        for (pass, sigma_radii) in (1..).zip(self.params.pass_sigmas_radii(images.spacing_per_radius)) {
+            let uniform = PlaneFitUniform { sigma_radii, range_radii: self.params.range };
             let smoothed = if pass == self.params.passes {
                 images.target.bind()
             } else {
@@ -72,7 +73,7 @@ impl SurfaceFilter for PlaneFit {
             };
             let bindings = [
                 ("camera", camera.clone()),
-                ("plane_fit", uniform.clone()),
+                ("plane_fit", recorder.uniform(&uniform)),
                 ("source", source),
                 ("radius", images.radius.bind()),
                 ("smoothed", smoothed.clone()),
@@ -87,8 +88,13 @@ impl SurfaceFilter for PlaneFit {
         twin::plane_fit(camera, &self.params, surface)
     }
 
-    fn nominal_sigma(&self) -> Option<f32> {
-        Some(self.params.sigma)
+    fn properties(&self) -> Properties {
+        Properties {
+            exact_up_to_silhouettes: true,
+            nominal_sigma: Some(self.params.sigma),
+            range_radii: Some(self.params.range),
+            ..Properties::exact_on_tilted_planes()
+        }
     }
 }
 
@@ -98,6 +104,6 @@ mod tests {
 
     #[test]
     fn the_uniform_has_the_layout_of_its_shader() {
-        PlaneFitUniform::check_layout(&SHADER, &[]).unwrap();
+        PlaneFitUniform::check_layout(&SHADER, INCLUDES).unwrap();
     }
 }

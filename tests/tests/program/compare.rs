@@ -38,7 +38,7 @@ fn two_runs_are_compared_and_unlike_ones_marked() {
     assert!((wall("/ratio") / ratio - 1.0).abs() < 1e-12, "{ratio}");
     let text = program.run("bench --compare a.json b.json").ok().stdout;
     for words in
-        ["set up differently", "size: [64,36] in A, [32,18] in B", "whole frame", "ssfr.narrow_range"]
+        ["set up differently", "size: [64,36] in A, [32,18] in B", "whole frame", "ssfr.smooth_along"]
     {
         assert!(text.contains(words), "{words} in\n{text}");
     }

@@ -24,7 +24,10 @@ fn an_unknown_parameter_lists_those_that_exist() {
     assert!(message.contains("post.exposur") && message.contains("exposure") && message.contains("contrast"));
     let message = render("nothing=1");
     assert!(message.contains("post") && message.contains("lod"), "{message}");
-    for (flag, names) in [("--filter", "narrow-range, none"), ("--lighting", "fluid")] {
+    for (flag, names) in [
+        ("--filter", "narrow-range, narrow-range-paper, bilateral, curvature-flow, adaptive, gaussian, none"),
+        ("--lighting", "fluid"),
+    ] {
         let message = program.run(&format!("render none.vtu -o none.png {flag} nothing")).expect(2).stderr;
         assert!(message.contains(names), "{message}");
     }

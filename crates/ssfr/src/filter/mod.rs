@@ -1,20 +1,40 @@
 //! Surface filters: what they are given, what they promise, and how they are found by name.
 
+mod adaptive;
+mod bilateral;
+mod curvature_flow;
+mod gaussian;
 mod narrow_range;
+mod narrow_range_paper;
 mod none;
+mod properties;
 mod registry;
+mod smoothing;
 
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch};
-use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Image, Recorder};
+use meniscus_gpu::{Binding, Buffer, CameraUniform, Dispatch, Gpu, Image, Recorder, Shader, shader};
 
-pub(crate) use narrow_range::directions;
-pub use narrow_range::{NarrowRange, NarrowRangeParams, NarrowRangeVariant};
+use crate::passes::over_covered;
+
+pub(crate) use adaptive::TILE;
+pub use adaptive::{Adaptive, AdaptiveParams};
+pub use bilateral::{Bilateral, BilateralParams};
+pub use curvature_flow::{CurvatureFlow, CurvatureFlowParams};
+pub use gaussian::{Gaussian, GaussianParams};
+pub use narrow_range::{NarrowRange, NarrowRangeParams};
+pub use narrow_range_paper::{NarrowRangePaper, NarrowRangePaperParams};
 pub use none::NoFilter;
+pub use properties::Properties;
 pub use registry::{DEFAULT, FilterEntry, FilterRegistry};
+pub(crate) use smoothing::{LinePass, Rule, Width};
 
 /// Counter of the samples that a filter reads besides the pixel's own, for the `counts` of its pipelines. A filter whose
 /// passes do not count has no figure in reports.
 pub const TAPS: &str = "filter_taps";
+
+/// Includes for passes of filters, besides the common ones: `meniscus::covered`, the list of pixels to work on, and
+/// `meniscus::key`, on which planes are affine (`shaders/ssfr/`).
+pub const INCLUDES: &[Shader] = &[shader!(include "ssfr/covered"), shader!(include "ssfr/key")];
 
 /// Images of one run of a filter, all of one size.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +55,15 @@ pub struct FilterImages<'a> {
     pub spacing_per_radius: f32,
 }
 
+impl FilterImages<'_> {
+    /// Dispatch of a pass over [`Self::covered`] with workgroups of 64, each invocation of which walks on through the list:
+    /// only the GPU knows how long that is. 65,536 invocations keep every GPU busy and cost a software driver little when
+    /// there is less to do.
+    pub fn over_covered(&self) -> Dispatch {
+        over_covered(self.source.size())
+    }
+}
+
 /// The same on the host, for [`SurfaceFilter::filter_on_cpu`]; row by row from the top left.
 #[derive(Clone, Copy, Debug)]
 pub struct HostSurface<'a> {
@@ -48,7 +77,8 @@ pub struct HostSurface<'a> {
 
 /// A filter that smooths the distance image of a surface of splats.
 ///
-/// Made once with its parameters; [`Self::record`] runs every frame, allocates nothing and cannot fail.
+/// Made once with its parameters; [`Self::record`] runs every frame, allocates nothing and cannot fail. What every filter
+/// keeps to is what [`conformance`](crate::conformance) checks.
 pub trait SurfaceFilter: Send + Sync {
     /// Name as registered.
     fn name(&self) -> &'static str;
@@ -60,8 +90,9 @@ pub trait SurfaceFilter: Send + Sync {
     /// The same on the CPU, after the formulas: what the passes are tested against.
     fn filter_on_cpu(&self, camera: &CameraUniform, surface: &HostSurface<'_>) -> Vec<f32>;
 
-    /// Standard deviation, in projected spacings, of the response to a small bump on a plane, if the filter declares one.
-    fn nominal_sigma(&self) -> Option<f32> {
-        None
+    /// What the filter promises beyond what every filter keeps to; the [`conformance`](crate::conformance) suite holds it
+    /// to that. Nothing unless it says so.
+    fn properties(&self) -> Properties {
+        Properties::default()
     }
 }

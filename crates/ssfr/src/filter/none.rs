@@ -1,7 +1,8 @@
-use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Dispatch, Gpu, GpuError, Recorder, shader};
+use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Gpu, GpuError, Recorder, shader};
 
-use super::{FilterImages, HostSurface, SurfaceFilter};
+use super::{FilterImages, HostSurface, Properties, SurfaceFilter};
 use crate::passes::pipeline;
+use crate::twin;
 
 /// Leaves the surface as it is: every particle shows.
 pub struct NoFilter {
@@ -31,11 +32,21 @@ impl SurfaceFilter for NoFilter {
             ("camera", camera.clone()),
             ("source", images.source.bind()),
             ("destination", images.target.bind()),
+            ("covered", images.covered.bind()),
         ];
-        recorder.compute(gpu, "ssfr.copy", &self.copy, &bindings, Dispatch::Pixels(images.source.size()));
+        recorder.compute(gpu, "ssfr.copy", &self.copy, &bindings, images.over_covered());
     }
 
     fn filter_on_cpu(&self, _: &CameraUniform, surface: &HostSurface<'_>) -> Vec<f32> {
-        surface.distance.to_vec()
+        twin::none(surface)
+    }
+
+    fn properties(&self) -> Properties {
+        Properties {
+            exact_up_to_silhouettes: true,
+            nominal_sigma: Some(0.0),
+            range_radii: Some(0.0),
+            ..Properties::exact_on_tilted_planes()
+        }
     }
 }

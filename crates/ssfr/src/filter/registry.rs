@@ -4,7 +4,9 @@ use meniscus_gpu::Gpu;
 use schemars::{JsonSchema, Schema, schema_for};
 use serde::de::DeserializeOwned;
 
-use super::{NarrowRange, NoFilter, SurfaceFilter};
+use super::{
+    Adaptive, Bilateral, CurvatureFlow, Gaussian, NarrowRange, NarrowRangePaper, NoFilter, SurfaceFilter,
+};
 use crate::{FilterChoice, SsfrError};
 
 /// Name of the filter that is used where none is named.
@@ -70,6 +72,31 @@ impl FilterRegistry {
                 NarrowRange::NAME,
                 "smooths a surface without mixing it with others in front or behind (Truong and Yuksel 2018)",
                 |gpu, params| Ok(Box::new(NarrowRange::new(gpu, params)?)),
+            ),
+            FilterEntry::new(
+                NarrowRangePaper::NAME,
+                "the narrow-range filter as published, without compensation of slopes; for comparison",
+                |gpu, params| Ok(Box::new(NarrowRangePaper::new(gpu, params)?)),
+            ),
+            FilterEntry::new(
+                Bilateral::NAME,
+                "weighs by depth as well as by place; leaves silhouettes rough (Tomasi and Manduchi 1998)",
+                |gpu, params| Ok(Box::new(Bilateral::new(gpu, params)?)),
+            ),
+            FilterEntry::new(
+                CurvatureFlow::NAME,
+                "moves the surface with its mean curvature, across no edge (van der Laan et al. 2009)",
+                |gpu, params| Ok(Box::new(CurvatureFlow::new(gpu, params)?)),
+            ),
+            FilterEntry::new(
+                Adaptive::NAME,
+                "bilateral in simple tiles, narrow-range in complex ones; looks like narrow-range and costs more",
+                |gpu, params| Ok(Box::new(Adaptive::new(gpu, params)?)),
+            ),
+            FilterEntry::new(
+                Gaussian::NAME,
+                "averages all that is near in the picture, at any depth; for comparison",
+                |gpu, params| Ok(Box::new(Gaussian::new(gpu, params)?)),
             ),
             FilterEntry::new::<NoParameters>(
                 NoFilter::NAME,

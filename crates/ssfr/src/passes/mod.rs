@@ -21,7 +21,9 @@ pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/thickness"),
     shader!(include "ssfr/key"),
     shader!(include "ssfr/covered"),
-    shader!(include "ssfr/narrow_range"),
+    shader!(include "ssfr/smoothing"),
+    shader!(include "ssfr/rule"),
+    shader!(include "ssfr/adaptive"),
 ];
 
 pub(crate) fn pipeline(gpu: &Gpu, shader: Shader) -> Result<ComputePipeline, GpuError> {
@@ -53,8 +55,7 @@ fn descriptor(shader: Shader, definitions: &[Definition]) -> ComputePipelineDesc
     ComputePipelineDescriptor { includes: INCLUDES, definitions, ..ComputePipelineDescriptor::new(shader) }
 }
 
-/// Dispatch of a pass over the list of covered pixels (`shaders/ssfr/covered.inc.wgsl`), whose length only the GPU knows:
-/// 65,536 invocations keep every GPU busy and cost a software driver little when there is less to do.
+/// As [`FilterImages::over_covered`](crate::FilterImages::over_covered) for pictures of `size` pixels.
 pub(crate) fn over_covered(size: [u32; 2]) -> Dispatch {
     let pixels = u64::from(size[0]) * u64::from(size[1]);
     Dispatch::Groups(pixels.div_ceil(64).min(1024))

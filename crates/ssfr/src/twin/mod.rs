@@ -2,14 +2,14 @@
 //! Images are slices, row by row from the top left.
 
 mod depth;
-mod narrow_range;
+mod filter;
 mod normal;
 mod splat;
 mod thickness;
 mod view;
 
 pub use depth::{DepthImages, depth};
-pub use narrow_range::narrow_range;
+pub use filter::{adaptive, bilateral, curvature_flow, gaussian, narrow_range, narrow_range_paper, none};
 pub use normal::{normal, unpack_normal};
 pub use splat::HostSet;
 pub use thickness::{thickness_smooth, thickness_sum};

@@ -1,7 +1,8 @@
-// Distances to keys, on which the narrow-range passes work; with PAPER the distances themselves. Both images that the
-// passes alternate between get the gaps.
+// Distances to keys, on which the smoothing passes work; with PAPER the distances themselves. Both images that the passes
+// alternate between get the gaps, and what is no distance is one.
 #import meniscus::camera::Camera
-#import meniscus::key::key_of
+#import meniscus::key::{key_of, is_surface}
+#import meniscus::surface::NO_SURFACE
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<storage, read> distance: array<f32>;
@@ -15,7 +16,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = id.y * camera.size_px.x + id.x;
 #ifdef PAPER
-    let found = distance[pixel];
+    let found = select(NO_SURFACE, distance[pixel], is_surface(distance[pixel]));
 #else
     let found = key_of(camera, distance[pixel]);
 #endif

@@ -1,0 +1,90 @@
+use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, GpuError, Image, Recorder, Timing};
+
+use super::pictures::{Picture, SPACING_PER_RADIUS, is_surface};
+use crate::filter::{FilterImages, HostSurface, SurfaceFilter, TAPS};
+
+/// A filter on a device.
+pub(super) struct Run<'a> {
+    pub gpu: &'a Gpu,
+    pub filter: &'a dyn SurfaceFilter,
+}
+
+impl Run<'_> {
+    /// The passes' result; everywhere a surface where `picture` has one, and nowhere else.
+    pub fn on_gpu(&self, picture: &Picture) -> Result<Vec<f32>, String> {
+        let (found, _) = self.counted(picture, false)?;
+        Ok(found)
+    }
+
+    /// The same with the number of samples that the passes read, if they count them.
+    pub fn counted(&self, picture: &Picture, counting: bool) -> Result<(Vec<f32>, Option<u64>), String> {
+        let (found, taps) = self.recorded(picture, counting).map_err(|e| format!("the device: {e}"))?;
+        keeps_the_mask(picture, &found, "passes")?;
+        Ok((found, taps))
+    }
+
+    /// The twin's result, held to the same.
+    pub fn on_cpu(&self, picture: &Picture) -> Result<Vec<f32>, String> {
+        let surface = HostSurface {
+            distance: &picture.distance,
+            radius: &picture.radius,
+            spacing_per_radius: SPACING_PER_RADIUS,
+        };
+        let camera = CameraUniform::new(&picture.camera, picture.size);
+        let found = self.filter.filter_on_cpu(&camera, &surface);
+        if found.len() != picture.distance.len() {
+            return Err(format!("the twin gives {} pixels of {}", found.len(), picture.distance.len()));
+        }
+        keeps_the_mask(picture, &found, "twin")?;
+        Ok(found)
+    }
+
+    fn recorded(&self, picture: &Picture, counting: bool) -> Result<(Vec<f32>, Option<u64>), GpuError> {
+        let (gpu, size) = (self.gpu, picture.size);
+        let source = Image::<EyeDistance>::from_pixels(gpu, size, &picture.distance)?;
+        let radius = Image::<EffectiveRadius>::from_pixels(gpu, size, &picture.radius)?;
+        let target = Image::<EyeDistance>::from_pixels(gpu, size, &vec![NO_SURFACE; picture.distance.len()])?;
+        let pixels = (0..picture.distance.len() as u32).filter(|&i| is_surface(picture.distance[i as usize]));
+        let mut covered: Vec<u32> = pixels.map(|i| (i % size[0]) | ((i / size[0]) << 16)).collect();
+        covered.insert(0, covered.len() as u32);
+        // A binding has room for at least one pixel.
+        covered.push(0);
+        let covered = Buffer::<Scratch>::from_slice(gpu, &covered)?;
+        // Contents do not matter, but are there: what a filter forgets to write is then seen.
+        let left_over = vec![0x40a0_0000; picture.distance.len()];
+        let scratch = [
+            Image::<Scratch>::from_pixels(gpu, size, &left_over)?,
+            Image::<Scratch>::from_pixels(gpu, size, &left_over)?,
+        ];
+        let mut recorder = Recorder::new(gpu, Timing::Stamps);
+        recorder.set_counting(gpu, counting);
+        let camera = recorder.uniform(&CameraUniform::new(&picture.camera, size));
+        let images = FilterImages {
+            source: &source,
+            radius: &radius,
+            target: &target,
+            covered: &covered,
+            scratch: [&scratch[0], &scratch[1]],
+            spacing_per_radius: SPACING_PER_RADIUS,
+        };
+        self.filter.record(&mut recorder, gpu, &camera, &images);
+        let _ = recorder.submit(gpu)?;
+        let found = target.read(gpu)?;
+        let counted = recorder.tallies(gpu)?.into_iter().find(|(name, _)| *name == TAPS);
+        Ok((found, counted.map(|(_, taps)| taps)))
+    }
+}
+
+fn keeps_the_mask(picture: &Picture, found: &[f32], what: &str) -> Result<(), String> {
+    for (pixel, (&found, &given)) in found.iter().zip(&picture.distance).enumerate() {
+        let place = || picture.place(pixel);
+        if !is_surface(given) && found.to_bits() != NO_SURFACE.to_bits() {
+            return Err(format!("the {what} wrote {found} to {}, which has no surface", place()));
+        }
+        if is_surface(given) && !is_surface(found) {
+            return Err(format!("the {what} made {found} of {given} at {}", place()));
+        }
+    }
+    Ok(())
+}

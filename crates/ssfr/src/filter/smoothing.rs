@@ -1,0 +1,219 @@
+use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::{
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, shader,
+};
+
+use super::{FilterImages, TAPS};
+use crate::SsfrError;
+use crate::params::check_range;
+use crate::passes::{counted_pipeline, pipeline};
+
+/// Which pairs of mirrored samples count, and as what: `meniscus::rule` of `shaders/ssfr/rule.inc.wgsl`.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Rule {
+    NarrowRange,
+    Bilateral,
+    Gaussian,
+    /// Between bilateral and narrow-range by the complexity that the target image holds.
+    Adaptive,
+}
+
+impl Rule {
+    fn definitions(self) -> &'static [Definition] {
+        match self {
+            Self::NarrowRange => &[],
+            Self::Bilateral => &[Definition { name: "BILATERAL", value: 1 }],
+            Self::Gaussian => &[Definition { name: "GAUSSIAN", value: 1 }],
+            Self::Adaptive => &[Definition { name: "ADAPTIVE", value: 1 }],
+        }
+    }
+}
+
+/// How wide a smoothing is, and what belongs to a surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Width {
+    /// Standard deviation of all passes together in projected spacings.
+    pub sigma: f32,
+    /// Passes over rows and columns.
+    pub iterations: u32,
+    /// Range in drawn radii.
+    pub range: f32,
+    /// How far behind what lies behind the range is taken to be, in drawn radii.
+    pub clamp: f32,
+}
+
+impl Width {
+    /// Rows and columns in turn, the order swapped from one iteration to the next (`algorithms.md` 3.5).
+    pub fn passes(&self) -> impl Iterator<Item = LinePass> {
+        (0..).zip(shares(self.iterations, 0.5)).flat_map(|(i, share)| {
+            let order = if i % 2 == 0 { [[1, 0], [0, 1]] } else { [[0, 1], [1, 0]] };
+            order.map(|direction| LinePass { direction, share })
+        })
+    }
+
+    /// Checks the ranges, under the names that filters give these parameters.
+    pub(super) fn validate(&self) -> Result<(), SsfrError> {
+        check_range("sigma", self.sigma, 0.0..=10.0, "0 to 10")?;
+        check_range("iterations", self.iterations as f32, 1.0..=16.0, "1 to 16")?;
+        check_range("threshold", self.range, 0.1..=1000.0, "0.1 to 1000")?;
+        check_range("clamp", self.clamp, 0.0..=10.0, "0 to 10")
+    }
+}
+
+/// A pass along rows or columns.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) struct LinePass {
+    /// Pixels per step: `[1, 0]` or `[0, 1]`.
+    pub direction: [u32; 2],
+    /// Fraction of the variance of all passes in this direction.
+    pub share: f32,
+}
+
+/// `meniscus::smoothing::Smoothing` of `shaders/ssfr/smoothing.inc.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+pub(super) struct SmoothingUniform {
+    direction: [u32; 2],
+    sigma_spacings: f32,
+    spacing_per_radius: f32,
+    share: f32,
+    range_radii: f32,
+    clamp_radii: f32,
+    pad: f32,
+}
+
+impl HostStruct for SmoothingUniform {
+    const WGSL_NAME: &'static str = "Smoothing";
+    const FIELDS: &'static [HostField] = meniscus_gpu::host_fields!(SmoothingUniform {
+        direction,
+        sigma_spacings,
+        spacing_per_radius,
+        share,
+        range_radii,
+        clamp_radii,
+        pad,
+    });
+}
+
+impl SmoothingUniform {
+    pub(super) fn new(width: &Width, spacing_per_radius: f32, pass: LinePass) -> Self {
+        Self {
+            direction: pass.direction,
+            sigma_spacings: width.sigma,
+            spacing_per_radius,
+            share: pass.share,
+            range_radii: width.range,
+            clamp_radii: width.clamp,
+            pad: 0.0,
+        }
+    }
+}
+
+/// The passes that filters with a [`Rule`] share: keys, rows and columns in turn, a small square.
+pub(super) struct Smoothing {
+    rule: Rule,
+    key: ComputePipeline,
+    along: ComputePipeline,
+    square: ComputePipeline,
+}
+
+impl Smoothing {
+    pub(super) fn new(gpu: &Gpu, rule: Rule) -> Result<Self, SsfrError> {
+        let definitions = rule.definitions();
+        Ok(Self {
+            rule,
+            key: pipeline(gpu, shader!("ssfr/smooth_key"))?,
+            along: counted_pipeline(gpu, shader!("ssfr/smooth_along"), definitions, TAPS)?,
+            square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), definitions, TAPS)?,
+        })
+    }
+
+    pub(super) fn record(
+        &self,
+        recorder: &mut Recorder,
+        gpu: &Gpu,
+        camera: &Binding,
+        images: &FilterImages<'_>,
+        width: &Width,
+    ) {
+        let pixels = images.over_covered();
+        let [mut next, mut other] = images.scratch.map(|image| image.bind());
+        record_keys(recorder, gpu, camera, images, &self.key);
+        let common = |recorder: &mut Recorder, pass, source| {
+            let uniform = SmoothingUniform::new(width, images.spacing_per_radius, pass);
+            vec![
+                ("camera", camera.clone()),
+                ("smoothing", recorder.uniform(&uniform)),
+                ("radius", images.radius.bind()),
+                ("unfiltered", images.source.bind()),
+                ("source", source),
+                ("covered", images.covered.bind()),
+            ]
+        };
+        let mut current = other.clone();
+        for pass in width.passes() {
+            let mut bindings = common(recorder, pass, current);
+            bindings.push(("smoothed", next.clone()));
+            if self.rule == Rule::Adaptive {
+                bindings.push(("complexity", images.target.bind()));
+            }
+            recorder.compute(gpu, "ssfr.smooth_along", &self.along, &bindings, pixels);
+            current = next.clone();
+            std::mem::swap(&mut next, &mut other);
+        }
+        let mut bindings = common(recorder, LinePass::default(), current);
+        bindings.push(("distance", images.target.bind()));
+        recorder.compute(gpu, "ssfr.smooth_square", &self.square, &bindings, pixels);
+    }
+}
+
+/// Fills both scratch images with what `key` makes of the distances; passes over the covered pixels then alternate between
+/// them, beginning at the second.
+pub(super) fn record_keys(
+    recorder: &mut Recorder,
+    gpu: &Gpu,
+    camera: &Binding,
+    images: &FilterImages<'_>,
+    key: &ComputePipeline,
+) {
+    let bindings = [
+        ("camera", camera.clone()),
+        ("distance", images.source.bind()),
+        ("key", images.scratch[1].bind()),
+        ("other", images.scratch[0].bind()),
+    ];
+    recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(images.source.size()));
+}
+
+/// Fractions of a variance that `steps` steps have, each a little narrower than the one before, down to `last_width` of the
+/// first's width. Wide ones sample every few pixels only; later ones smooth out what that leaves between the samples.
+pub(super) fn shares(steps: u32, last_width: f32) -> impl Iterator<Item = f32> {
+    let width = move |step: u32| 1.0 - (1.0 - last_width) * step as f32 / (steps.max(2) - 1) as f32;
+    let total: f32 = (0..steps).map(|step| width(step).powi(2)).sum();
+    (0..steps).map(move |step| width(step).powi(2) / total)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::passes::INCLUDES;
+
+    #[test]
+    fn the_steps_add_up_to_the_whole() {
+        for steps in [1, 2, 16, 256] {
+            let shares: Vec<f32> = shares(steps, 0.5).collect();
+            assert_eq!(shares.len(), steps as usize);
+            assert!((shares.iter().sum::<f32>() - 1.0).abs() < 1e-5);
+            assert!(shares.is_sorted_by(|a, b| a > b));
+        }
+    }
+
+    #[test]
+    fn the_uniform_has_the_layout_of_its_shaders() {
+        for shader in
+            [shader!("ssfr/smooth_along"), shader!("ssfr/smooth_square"), shader!("ssfr/narrow_range_paper")]
+        {
+            SmoothingUniform::check_layout(&shader, INCLUDES).unwrap();
+        }
+    }
+}
