@@ -43,8 +43,10 @@ struct Kept {
 
 // Fraction of the keep probability over which particles fade in (main-renderer.md 3.3).
 const RAMP: f32 = 0.2;
-// Keep probability below which splats grow, by (p / GROWS_BELOW)^(-1/3), to close holes; and most that they grow by.
-const GROWS_BELOW: f32 = 0.5;
+// Keep probabilities below which splats begin to grow, and below which they have grown by p^(-1/3), to close holes; and most
+// that they grow by.
+const GROWS_BELOW: f32 = 0.75;
+const GROWN_BELOW: f32 = 0.4;
 const MAX_GROWTH: f32 = 2.0;
 
 // Horvitz-Thompson weight and size of a particle with identity hash `packed & 0xffff` kept with probability keep / 65536.
@@ -59,6 +61,7 @@ fn kept(packed: u32, keep: u32) -> Kept {
     let fade = clamp((p - u) / ramp, 0.0, 1.0);
     // Mean of the fade over u in [0, p).
     let mean_fade = 1.0 - 0.5 * ramp / p;
-    let growth = clamp(pow(p / GROWS_BELOW, -1.0 / 3.0), 1.0, MAX_GROWTH);
+    let share = clamp((GROWS_BELOW - p) / (GROWS_BELOW - GROWN_BELOW), 0.0, 1.0);
+    let growth = 1.0 + (min(pow(p, -1.0 / 3.0), MAX_GROWTH) - 1.0) * share;
     return Kept(fade / (mean_fade * p), growth * pow(fade, 1.0 / 3.0));
 }

@@ -5,9 +5,11 @@ use meniscus_gpu::role::KeptRange;
 /// Fraction of the keep probability over which particles fade in (`main-renderer.md` 3.3).
 pub const RAMP: f32 = 0.2;
 
-/// Keep probability below which splats grow, by `(p / GROWS_BELOW)^(-1/3)`, to close holes (`algorithms.md` 2.3). The shell of
-/// the fluid is two layers and more: half of it still covers what is behind.
-pub const GROWS_BELOW: f32 = 0.5;
+/// Keep probabilities below which splats begin to grow, and below which they have grown by `p^(-1/3)`, to close holes
+/// (`algorithms.md` 2.3). The shell of the fluid is two layers and more: most of it still covers what is behind.
+pub const GROWS_BELOW: f32 = 0.75;
+/// See [`GROWS_BELOW`].
+pub const GROWN_BELOW: f32 = 0.4;
 
 /// Most that splats grow by.
 pub const MAX_GROWTH: f32 = 2.0;
@@ -37,7 +39,8 @@ pub fn kept(packed: u32, keep: u32) -> Option<Kept> {
     let ramp = (RAMP * p).min(1.0 - p);
     let fade = ((p - u) / ramp).clamp(0.0, 1.0);
     let mean_fade = 1.0 - 0.5 * ramp / p;
-    let growth = (p / GROWS_BELOW).powf(-1.0 / 3.0).clamp(1.0, MAX_GROWTH);
+    let share = ((GROWS_BELOW - p) / (GROWS_BELOW - GROWN_BELOW)).clamp(0.0, 1.0);
+    let growth = 1.0 + (p.powf(-1.0 / 3.0).min(MAX_GROWTH) - 1.0) * share;
     Some(Kept { weight: fade / (mean_fade * p), radius: growth * fade.cbrt() })
 }
 

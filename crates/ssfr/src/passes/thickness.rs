@@ -39,9 +39,9 @@ impl HostStruct for ThicknessUniform {
 /// Name of the counter of pixels visited.
 const COUNTER: &str = "splat_pixels_thickness";
 
-/// Half size in blocks from which the profile of a stand-in is drawn ([`crate::ThicknessParams::profile_half_px`]). The
-/// smoothing is that of particles and does not level what stands for many of them, but below a block there is nothing to level.
-const STAND_IN_PROFILE_HALF_PX: f32 = 1.0;
+/// Half size in blocks from which the profile of a stand-in is drawn ([`crate::ThicknessParams::profile_half_px`]). Smaller ones
+/// are shared out between four blocks, which together with the smoothing levels what is two blocks apart.
+const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 
 /// Length of fluid along the ray: summed at reduced size, smoothed, brought back to full size.
 pub(crate) struct ThicknessPasses {

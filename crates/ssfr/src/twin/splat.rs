@@ -106,5 +106,7 @@ fn kept(hash: u16, keep: u32) -> (f64, f64) {
     let ramp = (0.2 * p).min(1.0 - p);
     let fade = ((p - u) / ramp).clamp(0.0, 1.0);
     let mean_fade = 1.0 - 0.5 * ramp / p;
-    (fade / (mean_fade * p), (p / 0.5).powf(-1.0 / 3.0).clamp(1.0, 2.0) * fade.cbrt())
+    let share = ((0.75 - p) / (0.75 - 0.4)).clamp(0.0, 1.0);
+    let growth = 1.0 + (p.powf(-1.0 / 3.0).min(2.0) - 1.0) * share;
+    (fade / (mean_fade * p), growth * fade.cbrt())
 }
