@@ -30,12 +30,14 @@ enum Access {
 }
 
 /// What changes when somebody writes to a file.
-#[derive(Clone, Copy, PartialEq)]
+#[derive(Clone, Copy)]
 struct Stamp {
     /// Which file it is, where the system tells.
     identity: u64,
     length: u64,
     modified: Option<SystemTime>,
+    /// Whether a change could have the time stamp of the last one.
+    is_hot: bool,
 }
 
 impl Stamp {
@@ -44,8 +46,22 @@ impl Stamp {
         let identity = std::os::unix::fs::MetadataExt::ino(metadata);
         #[cfg(not(unix))]
         let identity = 0;
-        Self { identity, length: metadata.len(), modified: metadata.modified().ok() }
+        Self {
+            identity,
+            length: metadata.len(),
+            modified: metadata.modified().ok(),
+            is_hot: rest_of_tick(metadata).is_some(),
+        }
     }
+}
+
+/// Time stamps of files move in steps of the system's clock tick, at most this long.
+const TICK: Duration = Duration::from_millis(20);
+
+/// How long a change of the file would still get the time stamp it has, if it would.
+fn rest_of_tick(metadata: &Metadata) -> Option<Duration> {
+    let age = SystemTime::now().duration_since(metadata.modified().ok()?).ok()?;
+    TICK.checked_sub(age)
 }
 
 /// A file modified less long ago may still be written to.
@@ -65,7 +81,11 @@ impl InputFile {
             });
         }
         let file = File::open(path).map_err(io)?;
-        let metadata = file.metadata().map_err(io)?;
+        let mut metadata = file.metadata().map_err(io)?;
+        if let Some(rest) = rest_of_tick(&metadata) {
+            std::thread::sleep(rest);
+            metadata = file.metadata().map_err(io)?;
+        }
         let stamp = Stamp::of(&metadata);
         let (access, length) = if metadata.len() > 0 && reason_to_read(path, &metadata, mode).is_none() {
             let map = Map::new(&file).map_err(io)?;
@@ -135,7 +155,9 @@ impl InputFile {
         let now = std::fs::metadata(path).ok().map(|metadata| Stamp::of(&metadata));
         match now.filter(|now| now.identity == stamp.identity) {
             Some(now) if now.length < stamp.length => Err(changed(path, "was shortened")),
-            Some(now) if now != *stamp => Err(changed(path, "was written to")),
+            Some(now) if now.modified != stamp.modified || now.length != stamp.length || stamp.is_hot => {
+                Err(changed(path, "was written to"))
+            }
             _ => Ok(()),
         }
     }

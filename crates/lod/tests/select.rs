@@ -145,11 +145,13 @@ fn volume(set: &ChunkedSet, selection: &Selection) -> f64 {
 fn the_volume_is_that_of_all_whatever_is_kept() {
     let set = chunked(&pool([64, 64, 32], 0));
     assert!(set.chunks.iter().all(|chunk| chunk.isolated == 0), "those would count by their weights");
+    let mut stand_ins = 0;
     for camera in views() {
         for threshold in [1e-6, 0.1, 0.3, 0.6, 0.95, 1.0] {
             let selection = choose(&set, &camera, &at(threshold));
             assert_eq!(volume(&set, &selection), selection.visible as f64, "{threshold}");
-            assert_eq!(selection.counts.stand_ins > 0, threshold < 1.0, "full detail has none");
+            assert!(threshold < 1.0 || selection.counts.stand_ins == 0, "full detail has none");
+            stand_ins += selection.counts.stand_ins;
         }
         for (error_px, error_color) in [(0.0, 0.0), (0.5, 0.004), (4.0, 0.1), (1e6, 1.0)] {
             let bound = LodParams { mode: Mode::ErrorBound, error_px, error_color, ..at(1.0) };
@@ -157,6 +159,7 @@ fn the_volume_is_that_of_all_whatever_is_kept() {
             assert_eq!(volume(&set, &selection), selection.visible as f64, "{bound:?}");
         }
     }
+    assert!(stand_ins > 1000, "{stand_ins} say little");
 }
 
 #[test]

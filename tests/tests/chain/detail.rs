@@ -102,7 +102,7 @@ fn stand_ins_keep_the_thickness() {
     for jitter in [0.0, 0.3] {
         let mut studio = studio(water(jitter), "none");
         let along_the_rows = Camera {
-            projection: Projection::Orthographic { height_world: 1.0 },
+            projection: Projection::Orthographic { height_world: 1.2 },
             ..camera([0.0, -3.0, 0.2], [0.0, 0.0, 0.2])
         };
         for camera in cameras().into_iter().take(2).chain([along_the_rows]) {
