@@ -9,7 +9,8 @@ use crate::{LodParams, Policy};
 /// mean weight by more than 0.3 % (see the bound in the tests of [`crate::weight`]).
 pub const MIN_KEEP: u32 = 16;
 
-/// Importance of buried particles in that of others, and of shells that face away: they only show through cracks, but the threshold is the fraction of all.
+/// Importance of buried particles in that of others, and of shells that face away: they only show through cracks, but the
+/// threshold is the fraction of all.
 pub(crate) const BURIED: f64 = 0.1;
 
 /// How importance becomes a keep probability; rises with the threshold for every importance.

@@ -3,9 +3,9 @@
 use crate::stand_ins::{Coarseness, StandIns};
 use crate::{LodParams, Mode};
 
-/// Error of the thickness that stand-ins cause, relative to the thickness: 99th percentile over the pixels of lattices and
-/// simulated water, looked at along and across the rows (`tests/stand_ins.rs` measures it). By part, shell and buried, and
-/// [`Coarseness`]. The shell is worse: what is left out of shape there lies at the edge of the water.
+/// Error of the thickness that stand-ins may cause, relative to the thickness: estimates from few views; of lattices seen along
+/// their rows it is larger (`tests/tests/chain/detail.rs` bounds both). By part, shell and buried, and [`Coarseness`]. The shell
+/// is worse: what is left out of shape there lies at the edge of the water.
 const RELATIVE_ERROR: [[f32; 3]; 2] = [[0.02, 0.06, 0.1], [0.002, 0.02, 0.06]];
 
 /// Greatest change of colour for a relative change of thickness: `x exp(-x)` is at most 1/e.
