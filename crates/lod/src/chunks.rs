@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::Identity;
 use crate::cells::Cells;
 use crate::grid::CellOrder;
-use crate::stand_ins::{Gathering, Moments, StandIns};
+use crate::stand_ins::{Coarseness, Gathering, Moments, StandIns};
 
 /// A particle with fewer others than this about two and a half spacings around it is isolated. The bulk has some hundred
 /// and twenty there, a flat surface sixty, an edge of the fluid thirty, a thread of single particles four.
@@ -170,22 +170,27 @@ pub fn build(frame: &ParticleFrame, options: &ChunkOptions) -> ChunkedSet {
         particles,
         attribute_order,
         bounds: chunks.iter().fold(Aabb::EMPTY, |bounds, chunk| bounds.union(chunk.bounds)),
-        stand_ins: by_page(&mut chunks, of_chunks, page_starts.len()),
+        stand_ins: by_page(&mut chunks, &of_chunks, page_starts.len()),
         chunks,
         page_starts,
         serial: SERIAL.fetch_add(1, Ordering::Relaxed),
     }
 }
 
-/// The stand-ins of the chunks, one list per page, into which the chunks then point.
-fn by_page(chunks: &mut [Chunk], of_chunks: Vec<Vec<StandIn>>, pages: usize) -> Vec<Vec<StandIn>> {
+/// The stand-ins of the chunks, one list per page, into which the chunks then point. Those of one coarseness and part lie side
+/// by side, so that the few that each chunk of distant water has make runs long enough for a workgroup.
+fn by_page(chunks: &mut [Chunk], of_chunks: &[Vec<StandIn>], pages: usize) -> Vec<Vec<StandIn>> {
     let mut lists = vec![Vec::new(); pages];
-    for (chunk, stand_ins) in chunks.iter_mut().zip(of_chunks) {
-        let list: &mut Vec<StandIn> = &mut lists[chunk.page as usize];
-        for of_part in chunk.stand_ins.iter_mut().flatten() {
-            of_part.first += list.len() as u32;
+    for coarseness in Coarseness::ALL {
+        for part in 0..2 {
+            for (chunk, stand_ins) in chunks.iter_mut().zip(of_chunks) {
+                let list = &mut lists[chunk.page as usize];
+                let of_part = &mut chunk.stand_ins[part][coarseness as usize];
+                let first = list.len() as u32;
+                list.extend_from_slice(&stand_ins[Range::from(*of_part)]);
+                of_part.first = first;
+            }
         }
-        list.extend(stand_ins);
     }
     lists
 }

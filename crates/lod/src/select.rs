@@ -409,7 +409,11 @@ impl Chooser<'_> {
         if self.params.mode == Mode::ErrorBound {
             // The kept ones of a shell are about as far apart as the tolerated error.
             let p = f64::from(spacing_px / self.params.error_px.max(f32::MIN_POSITIVE)).min(1.0);
-            return [Cut::integer(p * p); 3];
+            // What faces away or is buried only shows through cracks, and once the shell has holes it is no longer found
+            // hidden: it thins out with the shell, but faster.
+            let hidden = (1.0 - candidate.shell) / (1.0 - BURIED);
+            let keep = |hidden: f64| Cut::integer(p.powf(2.0 + 6.0 * hidden));
+            return [keep(0.0), keep(hidden), keep(1.0)];
         }
         let keep = |factor: f64, at_least: f64| self.cut.keep(candidate.importance * factor, at_least);
         let buried = if self.params.policy == Policy::Default { BURIED } else { 1.0 };

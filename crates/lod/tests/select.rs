@@ -180,6 +180,45 @@ fn larger_errors_give_fewer_and_coarser() {
 }
 
 #[test]
+fn a_tolerated_error_thins_what_does_not_show_faster() {
+    let set = chunked(&pool([64, 64, 32], 0));
+    let camera = views()[0];
+    // Particles are two to four pixels apart.
+    let bound = LodParams { mode: Mode::ErrorBound, error_px: 4.0, error_color: 0.0, ..at(1.0) };
+    let selection = choose(&set, &camera, &bound);
+    let keep_of: HashMap<usize, u32> = kept_slots(&set, &selection).into_iter().collect();
+    let mean = |part: fn(&meniscus_lod::Chunk) -> std::ops::Range<u32>| {
+        let slots = set.chunks.iter().flat_map(|chunk| {
+            let first = set.page_slots(chunk.page as usize).start + chunk.first as usize;
+            part(chunk).map(move |local| first + local as usize)
+        });
+        let (kept, all) = slots
+            .fold((0, 0), |(kept, all), slot| (kept + usize::from(keep_of.contains_key(&slot)), all + 1));
+        kept as f64 / all as f64
+    };
+    let shell = mean(|chunk| chunk.isolated..chunk.isolated + chunk.shell);
+    let buried = mean(|chunk| chunk.isolated + chunk.shell..chunk.count);
+    assert!(
+        shell < 0.9 && buried > 0.0 && buried < 0.5 * shell,
+        "{shell} of the shell, {buried} of what is buried"
+    );
+}
+
+#[test]
+fn few_stand_ins_of_many_chunks_lie_side_by_side() {
+    let set = chunked(&pool([64, 64, 64], 0));
+    let bound = LodParams { mode: Mode::ErrorBound, error_px: 64.0, error_color: 0.0, ..at(1.0) };
+    let selection = choose(&set, &views()[0], &bound);
+    let runs: usize = selection.pages.iter().map(|page| page.stand_ins.len()).sum();
+    // One or two a chunk; fewer than a workgroup has lanes leave most of them idle.
+    assert!(
+        selection.counts.stand_ins as usize >= 64 * runs,
+        "{runs} runs of {}",
+        selection.counts.stand_ins
+    );
+}
+
+#[test]
 fn the_thesis_weighs_what_it_keeps() {
     let frame = pool([64, 64, 32], 0);
     for seed in 0..4u64 {

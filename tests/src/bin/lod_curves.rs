@@ -1,37 +1,38 @@
 //! What level of detail costs and what it changes: cost of a frame and error of the picture over the threshold and over the
-//! tolerated error, as rows of a table for `benches/RESULTS.md`, with pictures.
+//! tolerated error, as rows of a table for `benches/RESULTS.md`, with pictures; `strip.jpg` has the middle of the water in full detail, at
+//! `--lod 0.1`, at `--lod 0.3` and at the default error bound.
 //!
-//!     cargo run --release -p meniscus-tests --bin lod-curves -- dam/dam_break_0001.vtu \
-//!         --camera 4.2,-2.2,1.9/1.4,0.5,0.15/20 --size 1280x720 --out target/curves
+//!     cargo run --release -p meniscus-tests --bin lod-curves -- dam-break --out target/curves
 #![expect(clippy::print_stdout, clippy::print_stderr, reason = "a program; printing is its job")]
 
 use std::error::Error;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
+use bench_views::View;
 use clap::Parser;
-use glam::{Quat, Vec3};
-use meniscus_core::{Camera, Cancel, FrameRequest, FrameSource, Projection};
+use glam::Quat;
+use meniscus_core::{Camera, Cancel, FrameRequest, FrameSource};
 use meniscus_gpu::role::NO_SURFACE;
 use meniscus_gpu::{AdapterChoice, Gpu, process_cpu_ms};
-use meniscus_io::{Series, SeriesOptions};
 use meniscus_pipeline::{LodMode, LodParams, PreparedFrame, Registry, Renderer, Settings, World};
 use meniscus_tests::golden::{flip_map, ssim_map};
 use meniscus_tests::{Mask, Pixels};
 
-/// Cost and error of a frame over the level of detail.
+/// Cost and error of a frame over the level of detail
 #[derive(Parser)]
 struct Arguments {
-    /// A file or a series, of which the first frame is drawn
-    input: PathBuf,
+    /// One of `benches/views`, e.g. dam-break
+    #[arg(value_parser = view)]
+    view: View,
 
-    /// Eye, point looked at (the file's coordinates) and vertical field of view in degrees; z is up
-    #[arg(long, value_name = "ex,ey,ez/tx,ty,tz/fovy", allow_hyphen_values = true, value_parser = view)]
-    camera: ([f64; 3], [f64; 3], f64),
+    /// Particles instead of the view's
+    #[arg(long)]
+    particles: Option<u64>,
 
-    /// Picture size
-    #[arg(long, value_name = "WxH", default_value = "1280x720", value_parser = size)]
-    size: [u32; 2],
+    /// Picture size instead of the view's
+    #[arg(long, value_name = "WxH", value_parser = size)]
+    size: Option<[u32; 2]>,
 
     /// Pictures per row; the table has their median
     #[arg(long, default_value_t = 5)]
@@ -42,17 +43,12 @@ struct Arguments {
     out: PathBuf,
 }
 
-fn numbers<const N: usize>(text: &str) -> Option<[f64; N]> {
-    let found: Vec<f64> = text.split(',').map(|n| n.trim().parse().ok()).collect::<Option<_>>()?;
-    found.try_into().ok()
-}
-
-fn view(text: &str) -> Result<([f64; 3], [f64; 3], f64), String> {
-    let parts: Vec<&str> = text.split('/').collect();
-    let [eye, target, fovy] = parts[..] else { return Err("expected eye/target/fovy".into()) };
-    let wrong = || "expected ex,ey,ez/tx,ty,tz/fovy".to_owned();
-    let [fovy] = numbers(fovy).ok_or_else(wrong)?;
-    Ok((numbers(eye).ok_or_else(wrong)?, numbers(target).ok_or_else(wrong)?, fovy))
+fn view(name: &str) -> Result<View, String> {
+    let names = || View::all().map(|view| view.name).join(", ");
+    View::all()
+        .into_iter()
+        .find(|view| view.name == name)
+        .ok_or_else(|| format!("expected one of {}", names()))
 }
 
 fn size(text: &str) -> Result<[u32; 2], String> {
@@ -79,25 +75,16 @@ struct Shot {
 }
 
 impl Bench {
-    fn open(arguments: &Arguments) -> Result<Self, Box<dyn Error>> {
-        let series = Series::open(&arguments.input, &SeriesOptions::default())?;
+    fn open(view: &View) -> Result<Self, Box<dyn Error>> {
+        let source = view.source();
         let settings = Settings::default();
-        let world = World::of_series(&series, *series.space(), &settings)?;
+        let frame = source.read(view.frame, &FrameRequest::default(), &Cancel::default())?;
+        let world = World::of_frame(&frame, source.space(), &settings)?;
         let gpu = Gpu::new(&AdapterChoice::default())?;
         println!("{}", gpu.summary().name);
         let renderer = Renderer::new(gpu, Registry::builtin(), settings)?;
-        let frame = series.read(0, &FrameRequest::default(), &Cancel::default())?;
         let frame = renderer.preparer(&world).prepare(frame);
-        let (eye, target, fovy_deg) = arguments.camera;
-        let to_world = |p: [f64; 3]| (glam::DVec3::from(p) - world.space().origin).as_vec3();
-        let camera = Camera {
-            eye: to_world(eye),
-            target: to_world(target),
-            up: Vec3::Z,
-            projection: Projection::Perspective { fovy_rad: fovy_deg.to_radians() as f32 },
-            near: world.near_distance(),
-        };
-        Ok(Self { renderer, world, frame, camera, size: arguments.size })
+        Ok(Self { renderer, world, frame, camera: view.camera(), size: view.size })
     }
 
     fn shoot(&mut self, params: LodParams) -> Result<Shot, Box<dyn Error>> {
@@ -141,19 +128,58 @@ fn mean(values: &[f32]) -> f64 {
     values.iter().map(|&v| f64::from(v)).sum::<f64>() / values.len().max(1) as f64
 }
 
+/// Rows of the table whose pictures lie side by side in `strip.jpg`, after full detail.
+const IN_STRIP: [&str; 3] = ["--lod 0.1", "--lod 0.3", "0.5 px, 1/255"];
+
+/// Where the crops of a strip begin: around the middle of the water.
+fn crop(mask: &Mask, size: [u32; 2]) -> [u32; 2] {
+    let [left, right, top, bottom] = mask.bounds().unwrap_or([0.0, 1.0, 0.0, 1.0]);
+    let middle = [left + right, top + bottom].map(|sum| sum / 2.0);
+    [0, 1].map(|axis| {
+        let first = (middle[axis] * f64::from(size[axis])) as u32;
+        first.saturating_sub(CROP[axis] / 2).min(size[axis].saturating_sub(CROP[axis]))
+    })
+}
+
+/// Size of a picture's part in a strip.
+const CROP: [u32; 2] = [320, 240];
+
+/// The same part of several pictures, side by side.
+fn write_strip(path: &Path, pictures: &[Pixels], [left, top]: [u32; 2]) -> Result<(), Box<dyn Error>> {
+    let strip = image::RgbImage::from_fn(CROP[0] * pictures.len() as u32, CROP[1], |x, y| {
+        let picture = &pictures[(x / CROP[0]) as usize];
+        let [x, y] = [left + x % CROP[0], top + y].map(|at| at as usize);
+        let rgba = picture.rgba.get(y * picture.size[0] as usize + x).copied().unwrap_or_default();
+        image::Rgb([rgba[0], rgba[1], rgba[2]])
+    });
+    let file = std::fs::File::create(path)?;
+    strip.write_with_encoder(image::codecs::jpeg::JpegEncoder::new_with_quality(file, 85))?;
+    Ok(())
+}
+
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     std::fs::create_dir_all(&arguments.out)?;
-    let mut bench = Bench::open(arguments)?;
+    let view = View {
+        particles: arguments.particles.unwrap_or(arguments.view.particles),
+        size: arguments.size.unwrap_or(arguments.view.size),
+        ..arguments.view.clone()
+    };
+    let mut bench = Bench::open(&view)?;
     let full = bench.shoot(LodParams::default())?;
     full.picture.write(&arguments.out.join("full.png"))?;
+    // The first pictures are slow: buffers grow, and memory is touched for the first time.
+    bench.cost(arguments.pictures)?;
     let full_ms = bench.cost(arguments.pictures)?;
-    let [width, height] = arguments.size;
+    let [width, height] = view.size;
     println!(
-        "{width}x{height}, {:.0} % covered\n\n| | CPU-ms a frame | of full | kept | stand-ins | FLIP | SSIM | thickness |",
+        "{}: {} particles, {width}x{height}, {:.0} % covered\n\n| | CPU-ms a frame | of full | kept | stand-ins | FLIP | SSIM | thickness |",
+        view.name,
+        view.particles,
         100.0 * full.mask.share()
     );
     println!("|---|---|---|---|---|---|---|---|");
     println!("| full detail | {full_ms:.0} | 1.00 | {:.2} | 0 | - | - | - |", full.kept);
+    let mut in_strip = vec![full.picture.clone()];
     let thresholds = [0.05, 0.1, 0.2, 0.3, 0.6, 0.9];
     let bounds = [(0.25, 0.5), (0.5, 1.0), (1.0, 2.0), (2.0, 4.0), (4.0, 16.0), (8.0, 64.0)];
     let by_threshold = thresholds
@@ -183,8 +209,11 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
             shot.stand_ins,
             100.0 * bias
         );
+        if IN_STRIP.contains(&name.as_str()) {
+            in_strip.push(shot.picture);
+        }
     }
-    Ok(())
+    write_strip(&arguments.out.join("strip.jpg"), &in_strip, crop(&full.mask, view.size))
 }
 
 fn main() -> ExitCode {
