@@ -11,14 +11,10 @@ const RELATIVE_ERROR: [[f32; 3]; 2] = [[0.02, 0.06, 0.1], [0.002, 0.02, 0.06]];
 /// Greatest change of colour for a relative change of thickness: `x exp(-x)` is at most 1/e.
 const COLOR_PER_RELATIVE_ERROR: f32 = 0.367_879_45;
 
-/// Standard deviation, in edges of what it replaces, by which a stand-in blurs beyond that: 0.14 for a full cell, 0.24 for a
-/// sheet through it, whose moments it has only on average.
-const BLUR_EDGES: f32 = 0.2;
-
-/// By how much stand-ins widen the Gaussian of one spacing that the thickness is smoothed with, in spacings.
-fn widening_spacings(coarseness: Coarseness) -> f32 {
-    (BLUR_EDGES * coarseness.edge_spacings()).hypot(1.0) - 1.0
-}
+/// Stand-ins lie an edge of what they replace apart, and their sum ripples with that period. A ripple of any strength is
+/// tolerated up to this many tolerated errors in pixels: four pixels by default, two of the samples of 2 x 2 pixels that the
+/// thickness is made of and smoothed over.
+const PERIOD_ERRORS: f32 = 8.0;
 
 /// Distance of particles, in pixels, up to which stand-ins cost less than their particles: a large sphere covers many samples
 /// of the thickness, while a particle is shared out between four whatever its size. Measured on llvmpipe for samples of 2 x 2
@@ -37,7 +33,8 @@ pub(crate) fn stand_ins_for(
     }
     let is_tolerated = |coarseness: Coarseness| {
         let error = RELATIVE_ERROR[usize::from(is_buried)][coarseness as usize] * COLOR_PER_RELATIVE_ERROR;
-        error <= params.error_color || widening_spacings(coarseness) * spacing_px <= params.error_px
+        error <= params.error_color
+            || coarseness.edge_spacings() * spacing_px <= PERIOD_ERRORS * params.error_px
     };
     Coarseness::ALL
         .into_iter()
