@@ -11,6 +11,10 @@ use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
 
+/// As `meniscus` has it.
+#[global_allocator]
+static ALLOCATOR: meniscus_huge_pages::HugePages = meniscus_huge_pages::HugePages;
+
 #[derive(Parser)]
 #[command(about = "Our side of `cargo xtask peers`")]
 struct Arguments {

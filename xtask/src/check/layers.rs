@@ -5,6 +5,7 @@ use super::graph::{Graph, Place};
 /// Each crate's layer; arrows point from a higher to a lower number only.
 const LAYERS: &[(&str, u8)] = &[
     ("meniscus-core", 0),
+    ("meniscus-huge-pages", 0),
     ("meniscus-map-guard", 0),
     ("meniscus-io", 0),
     ("meniscus-scene", 0),
