@@ -60,12 +60,22 @@ impl Program {
 
     /// Starts the program and leaves it running.
     pub fn start(&self, arguments: &str, variables: &[(&str, &str)]) -> Running {
+        self.start_after(":", arguments, variables)
+    }
+
+    /// [`Self::run`] in a process that may hold this much data of its own (`ulimit -d`): what it asks for beyond fails.
+    pub fn run_within(&self, data_bytes: u64, arguments: &str) -> Outcome {
+        self.start_after(&format!("ulimit -d {}", data_bytes / 1024), arguments, &[]).finish()
+    }
+
+    /// Starts the program from a shell that has done `before`.
+    fn start_after(&self, before: &str, arguments: &str, variables: &[(&str, &str)]) -> Running {
         let capture = || tempfile::tempfile().expect("a temporary file");
         let (stdout, stderr) = (capture(), capture());
         let hand = |file: &File| Stdio::from(file.try_clone().expect("a second handle"));
         // `exec`: signals go to the program, not to a shell around it.
         let child = Command::new("sh")
-            .args(["-c", &format!("exec \"$0\" {arguments}")])
+            .args(["-c", &format!("{before} && exec \"$0\" {arguments}")])
             .arg(&self.binary)
             .current_dir(self.folder.path())
             .envs(variables.iter().copied())
@@ -82,6 +92,7 @@ impl Program {
             arguments: arguments.to_owned(),
             started: Instant::now(),
             peak_bytes: 0,
+            peak_data_bytes: 0,
         }
     }
 }
@@ -94,6 +105,7 @@ pub struct Running {
     arguments: String,
     started: Instant,
     peak_bytes: u64,
+    peak_data_bytes: u64,
 }
 
 impl Running {
@@ -110,6 +122,27 @@ impl Running {
         while !path.exists() {
             assert!(!self.poll(), "`{}` ended without {}", self.arguments, path.display());
         }
+    }
+
+    /// Waits until the program has said `words`.
+    ///
+    /// # Panics
+    /// When the program ends first.
+    pub fn wait_for_words(&mut self, words: &str) {
+        while !self.said().contains(words) {
+            assert!(
+                !self.poll() || self.said().contains(words),
+                "`{}` ended without {words:?}",
+                self.arguments
+            );
+        }
+    }
+
+    /// Standard error so far. The program writes where the shared handle stands, so that one may not be moved.
+    fn said(&self) -> String {
+        let mut bytes = vec![0; self.stderr.metadata().map_or(0, |data| data.len() as usize)];
+        let count = std::os::unix::fs::FileExt::read_at(&self.stderr, &mut bytes, 0).unwrap_or(0);
+        String::from_utf8_lossy(&bytes[..count]).into_owned()
     }
 
     /// Waits for the end.
@@ -130,6 +163,7 @@ impl Running {
             stderr: text(&mut self.stderr),
             arguments: self.arguments.clone(),
             peak_bytes: self.peak_bytes,
+            peak_data_bytes: self.peak_data_bytes,
         };
         assert!(!outcome.stderr.contains("panicked"), "{outcome:#?}");
         outcome
@@ -137,9 +171,10 @@ impl Running {
 
     /// Whether the program has ended.
     fn poll(&mut self) -> bool {
-        if let Some(bytes) = peak_bytes(self.child.id()) {
-            self.peak_bytes = self.peak_bytes.max(bytes);
-        }
+        let status = std::fs::read_to_string(format!("/proc/{}/status", self.child.id())).unwrap_or_default();
+        // The first is the kernel's own high-water mark, so that nothing is missed between two looks but what came after the last.
+        self.peak_bytes = self.peak_bytes.max(bytes_in(&status, "VmHWM:").unwrap_or(0));
+        self.peak_data_bytes = self.peak_data_bytes.max(bytes_in(&status, "VmData:").unwrap_or(0));
         if self.child.try_wait().expect("a child").is_some() {
             return true;
         }
@@ -149,11 +184,9 @@ impl Running {
     }
 }
 
-/// The most memory that a running process has held at once: the kernel's own high-water mark, so that nothing is missed
-/// between two looks but what came after the last.
-fn peak_bytes(process: u32) -> Option<u64> {
-    let status = std::fs::read_to_string(format!("/proc/{process}/status")).ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;
+/// The bytes that a line of `/proc/.../status` states.
+fn bytes_in(status: &str, name: &str) -> Option<u64> {
+    let line = status.lines().find_map(|line| line.strip_prefix(name))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
 }
 
@@ -177,6 +210,8 @@ pub struct Outcome {
     pub stderr: String,
     /// The most memory it held at once, bytes; 0 where it ended before anyone looked.
     pub peak_bytes: u64,
+    /// The most data of its own that it was seen with, in RAM or not: what `ulimit -d` limits.
+    pub peak_data_bytes: u64,
 }
 
 impl Outcome {

@@ -10,7 +10,9 @@ use meniscus_io::{IoMode, Region};
 use meniscus_pipeline::LodView;
 
 use crate::failure::Failure;
-use crate::values::{CameraValue, CaseName, Detail, FrameRange, ImageSize, Parameter, Unit};
+use crate::values::{
+    CameraValue, CaseName, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize, Parameter, Unit,
+};
 
 /// Exit codes, printed under every `--help`.
 const EXIT_CODES: &str = "Exit codes: 0 done; 1 drawing or the GPU failed; 2 the command line is wrong; 3 the input cannot \
@@ -80,6 +82,7 @@ pub enum Command {
         after_help = "Examples:\n  meniscus bench fluid.vtu --size 1280x720 --frames 20\n  \
         meniscus bench fluid.vtu --json > full.json\n  meniscus bench fluid.vtu --lod 0.3 --json > lod.json\n  \
         meniscus bench fluid.vtu --trace trace.json\n  \
+        meniscus bench fluid.pvd --play\n  meniscus bench fluid.pvd --play --rounds 3 --medium 80 --memory 2GB\n  \
         meniscus bench --compare full.json lod.json",
         mut_arg("input", |input| input
             .required(false)
@@ -320,8 +323,13 @@ pub struct BenchArgs {
     pub picture: PictureArgs,
 
     /// Pictures to measure.
-    #[arg(long, default_value_t = 20, value_name = "K", value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    #[arg(long, default_value_t = 20, value_name = "K", conflicts_with = "play",
+        value_parser = clap::value_parser!(u32).range(1..=100_000))]
     pub frames: u32,
+
+    /// Playing the series.
+    #[command(flatten)]
+    pub play: PlayArgs,
 
     /// Pictures drawn before measuring; a few more while they still get faster, none for 0.
     #[arg(long, default_value_t = 3, value_name = "K", value_parser = clap::value_parser!(u32).range(0..=100_000))]
@@ -338,6 +346,60 @@ pub struct BenchArgs {
     /// Print JSON.
     #[arg(long)]
     pub json: bool,
+}
+
+/// What `bench --play` plays, and from what.
+#[derive(Clone, Debug, Args)]
+pub struct PlayArgs {
+    /// Play the series as a viewer would, reading ahead, from --frame on, and measure that: stalls, rates, processor time and
+    /// memory; before that every frame is read and drawn without reading ahead. Ctrl-C ends playing early.
+    #[arg(long, conflicts_with = "compare")]
+    pub play: bool,
+
+    /// Pictures per second at most [default: as many as can be drawn].
+    #[arg(long, value_name = "RATE", requires = "play", value_parser = crate::values::positive)]
+    pub fps: Option<f64>,
+
+    /// Frames from one picture to the next: -1 plays backwards, 4 shows every fourth.
+    #[arg(long, value_name = "N", requires = "play", default_value_t = 1, allow_negative_numbers = true,
+        value_parser = step)]
+    pub step: isize,
+
+    /// How many times the series is played, from the end on to the start.
+    #[arg(long, value_name = "K", requires = "play", default_value_t = 1,
+        value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    pub rounds: u32,
+
+    /// Memory for frames read ahead or kept for the next round: a share of what is free, or bytes, like 500MB [default: half
+    /// of what is free].
+    #[arg(long, value_name = "SHARE|BYTES", requires = "play")]
+    pub memory: Option<MemorySize>,
+
+    /// Read as if from a medium of this many MB per second, or one that takes so many times as long for a frame as drawing it
+    /// does, like 0.9x.
+    #[arg(long, value_name = "MB/S|FACTORx", requires = "play")]
+    pub medium: Option<MediumSpeed>,
+
+    /// Jump to so many places all over the series instead, as somebody does who drags the seek bar, and measure how soon
+    /// something and all of each frame is seen.
+    #[arg(long, value_name = "K", requires = "play", conflicts_with_all = ["rounds", "fps", "step", "follow"],
+        value_parser = clap::value_parser!(u32).range(1..=100_000))]
+    pub jumps: Option<u32>,
+
+    /// Drop the files from the system's cache before they are played (Linux).
+    #[arg(long, requires = "play")]
+    pub cold: bool,
+
+    /// Play frames, too, that are added to the series meanwhile.
+    #[arg(long, requires = "play")]
+    pub follow: bool,
+}
+
+fn step(text: &str) -> Result<isize, String> {
+    text.parse()
+        .ok()
+        .filter(|step| *step != 0)
+        .ok_or_else(|| "expected a whole number other than 0".to_owned())
 }
 
 /// `meniscus convert`.

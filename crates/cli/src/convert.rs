@@ -146,7 +146,7 @@ fn refuse_inputs(
 ) -> Result<(), Failure> {
     let files = (0..series.frame_count()).flat_map(|index| series.files(index));
     let inputs: HashSet<PathBuf> =
-        files.map(PathBuf::as_path).chain([input]).filter_map(|file| file.canonicalize().ok()).collect();
+        files.chain([input.to_owned()]).filter_map(|file| file.canonicalize().ok()).collect();
     for output in outputs {
         if output.canonicalize().is_ok_and(|output| inputs.contains(&output)) {
             return Err(Failure::Usage(format!(

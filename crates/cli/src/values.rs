@@ -6,6 +6,7 @@ use std::str::FromStr;
 
 use glam::DVec3;
 use meniscus_cases::Case;
+use meniscus_prefetch::MemoryLimit;
 
 /// A positive, finite number.
 pub fn positive(text: &str) -> Result<f64, String> {
@@ -209,6 +210,59 @@ impl FromStr for Parameter {
     }
 }
 
+/// `--memory`: a share of the free memory, or bytes.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct MemorySize(pub MemoryLimit);
+
+impl FromStr for MemorySize {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected a share above 0 and at most 1, or bytes like 500MB or 2GiB".to_owned();
+        const UNITS: [(&str, f64); 7] = [
+            ("KiB", 1024.0),
+            ("MiB", 1048576.0),
+            ("GiB", 1073741824.0),
+            ("kB", 1e3),
+            ("MB", 1e6),
+            ("GB", 1e9),
+            ("B", 1.0),
+        ];
+        let unit = UNITS.iter().find_map(|(name, factor)| Some((text.strip_suffix(name)?, factor)));
+        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|n| n.is_finite() && *n >= 0.0);
+        match unit {
+            Some((count, factor)) => {
+                Ok(Self(MemoryLimit::Bytes((number(count).ok_or_else(wrong)? * factor) as u64)))
+            }
+            None => {
+                let share = number(text).filter(|share| *share > 0.0 && *share <= 1.0);
+                Ok(Self(MemoryLimit::Share(share.ok_or_else(wrong)?)))
+            }
+        }
+    }
+}
+
+/// `--medium`: how fast files come.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MediumSpeed {
+    /// Bytes per second.
+    Rate(f64),
+    /// Time for a frame, in times of drawing one.
+    DrawTimes(f64),
+}
+
+impl FromStr for MediumSpeed {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.strip_suffix('x') {
+            Some(factor) => positive(factor).map(Self::DrawTimes),
+            None => positive(text).map(|megabytes| Self::Rate(megabytes * 1e6)),
+        }
+        .map_err(|_| "expected MB per second, like 80, or times of drawing a frame, like 0.9x".to_owned())
+    }
+}
+
 /// A case of `make`.
 #[derive(Clone, Copy, Debug)]
 pub struct CaseName(pub Case);
@@ -269,6 +323,27 @@ mod tests {
             ("1,2,3/0,0,0/0,0,1/180", "field of view"),
         ] {
             assert!(bad.parse::<CameraValue>().unwrap_err().contains(word), "{bad}");
+        }
+    }
+
+    #[test]
+    fn memory_is_a_share_or_bytes() {
+        let memory = |text: &str| text.parse::<MemorySize>().map(|size| size.0);
+        assert_eq!(memory("0.25"), Ok(MemoryLimit::Share(0.25)));
+        assert_eq!(memory("500MB"), Ok(MemoryLimit::Bytes(500_000_000)));
+        assert_eq!(memory("1.5 GiB"), Ok(MemoryLimit::Bytes(3 << 29)));
+        assert_eq!(memory("0B"), Ok(MemoryLimit::Bytes(0)));
+        for bad in ["0", "2", "-1MB", "nan", "MB", "5 apples", ""] {
+            assert!(memory(bad).is_err(), "{bad}");
+        }
+    }
+
+    #[test]
+    fn media_have_a_rate_or_follow_drawing() {
+        assert_eq!("80".parse(), Ok(MediumSpeed::Rate(80e6)));
+        assert_eq!("0.9x".parse(), Ok(MediumSpeed::DrawTimes(0.9)));
+        for bad in ["0", "x", "-2x", "fast", ""] {
+            assert!(bad.parse::<MediumSpeed>().is_err(), "{bad}");
         }
     }
 

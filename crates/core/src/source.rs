@@ -86,7 +86,8 @@ impl std::error::Error for FrameError {}
 
 /// A series of frames: what readers give and prefetching wants.
 pub trait FrameSource: Send + Sync {
-    /// Number of frames; fixed for the life of the source.
+    /// Number of frames. May grow at the end while the source is in use, where a solver still adds to the series; never
+    /// shrinks.
     fn frame_count(&self) -> usize;
 
     /// Simulation time of frame `index`, where the series states one without reading the frame.
@@ -100,4 +101,25 @@ pub trait FrameSource: Send + Sync {
     /// # Errors
     /// [`FrameError`] when the frame cannot be delivered; other frames may still be readable.
     fn read(&self, index: usize, request: &FrameRequest, cancel: &Cancel) -> Result<SetFrame, FrameError>;
+
+    /// A number that changes when the files of frame `index` do, which is when a frame that failed is worth another try;
+    /// `None` where nothing can change. Asks the file system, and so may take as long as that likes.
+    fn version(&self, _index: usize) -> Option<u64> {
+        None
+    }
+
+    /// A first impression of frame `index` at about a `share`-th of the cost: particles spread evenly over it. `None` where a
+    /// part costs as much as the whole.
+    ///
+    /// # Errors
+    /// As [`Self::read`].
+    fn read_coarse(
+        &self,
+        _index: usize,
+        _share: u32,
+        _request: &FrameRequest,
+        _cancel: &Cancel,
+    ) -> Result<Option<SetFrame>, FrameError> {
+        Ok(None)
+    }
 }

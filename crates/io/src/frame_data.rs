@@ -9,7 +9,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 use meniscus_core::Cancel;
 
-use crate::array::{CheckedArray, DataArray, check};
+use crate::array::{CheckedArray, Content, DataArray, check};
 use crate::dataset::{Dataset, Piece};
 use crate::discover::TimeStep;
 use crate::expression::Expression;
@@ -143,6 +143,12 @@ impl FrameData {
         })
     }
 
+    /// Whether coordinates are in text, of which no part can be found without looking at all before it.
+    pub fn is_text(&self) -> bool {
+        let is_text = |array: &DataArray| matches!(array.content, Content::Text { .. });
+        self.pieces.iter().any(|piece| piece.positions.as_ref().is_some_and(is_text))
+    }
+
     /// Type of the coordinates, of the first piece.
     pub fn point_type(&self) -> Option<ScalarType> {
         self.pieces.first()?.positions.as_ref().map(|positions| positions.ty)
@@ -178,14 +184,19 @@ impl FrameData {
 
     /// The frame in blocks, in the order of its points.
     pub fn blocks(&self) -> impl Iterator<Item = Block> + use<> {
+        self.blocks_of(blocks::BLOCK)
+    }
+
+    /// The frame in blocks of at most `size` points, in the order of its points.
+    pub fn blocks_of(&self, size: usize) -> impl Iterator<Item = Block> + use<> {
         let pieces: Vec<usize> = self.pieces.iter().map(|piece| piece.points).collect();
         let mut start = 0;
         pieces.into_iter().enumerate().flat_map(move |(piece, points)| {
             let before = start;
             start += points;
-            (0..points).step_by(blocks::BLOCK).map(move |at| Block {
+            (0..points).step_by(size).map(move |at| Block {
                 piece,
-                range: at..points.min(at + blocks::BLOCK),
+                range: at..points.min(at + size),
                 first: before + at,
             })
         })

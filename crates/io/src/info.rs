@@ -117,7 +117,7 @@ pub(crate) fn describe(series: &Series, index: usize, stats: bool) -> Result<Fra
         .collect::<Result<_, _>>()?;
     frame.check_unchanged()?;
     let space = series.space();
-    let files = series.files(index).to_vec();
+    let files = series.files(index);
     Ok(FrameInfo {
         index,
         file: files.first().cloned().unwrap_or_default(),

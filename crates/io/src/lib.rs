@@ -35,5 +35,5 @@ pub use filter::Region;
 pub use info::{AttributeSummary, FrameInfo, SetSummary, ValueCount};
 pub use meniscus_map_guard as map_guard;
 pub use options::{IoMode, SeriesOptions, SetSpec};
-pub use series::Series;
+pub use series::{Follow, Series};
 pub use sink::Sink;

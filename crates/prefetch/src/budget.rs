@@ -1,51 +1,35 @@
-use sysinfo::{CGroupLimits, MemoryRefreshKind, Pid, ProcessRefreshKind, ProcessesToUpdate, System};
-
 use crate::PrefetchError;
 
-/// Tells how much memory could still be taken.
-pub trait MemoryProbe: Send {
-    /// Bytes that this process could take without pushing others out: free memory and what the system gives back on
-    /// demand, within the limits set on this process.
-    fn available_bytes(&mut self) -> u64;
+/// How much memory prefetched frames may take.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum MemoryLimit {
+    /// This share of the free memory, above 0 and at most 1. What is taken counts as free here, so the share does not shrink
+    /// while it is used. The nearer to 1, the slower memory goes back to programs that need it; at 1 none does.
+    Share(f64),
+    /// This many bytes, and never more than nine tenths of the free memory.
+    Bytes(u64),
 }
 
-/// The memory of this machine, or of the control group (container) that this process runs in where that has less.
-#[derive(Debug)]
-pub struct SystemMemory {
-    system: System,
-    own: Option<Pid>,
-}
+/// Share of the free memory that stays the bound of a limit in bytes: the rest is for everybody else, who take some before it
+/// is noticed.
+const MOST: f64 = 0.9;
 
-impl SystemMemory {
-    /// Looks up where this system keeps its figures.
-    ///
-    /// # Errors
-    /// [`PrefetchError::Memory`] where the system does not tell.
-    pub fn new() -> Result<Self, PrefetchError> {
-        let mut system = System::new()?;
-        let own = sysinfo::get_current_pid().ok();
-        if let Some(pid) = own {
-            let nothing_of_it = ProcessRefreshKind::nothing();
-            system.refresh_processes_specifics(ProcessesToUpdate::Some(&[pid]), true, nothing_of_it);
+impl MemoryLimit {
+    pub(crate) fn validate(self) -> Result<(), PrefetchError> {
+        match self {
+            Self::Share(share) if !(share > 0.0 && share <= 1.0) => {
+                Err(PrefetchError::MemoryShare { found: share })
+            }
+            _ => Ok(()),
         }
-        Ok(Self { system, own })
     }
 
-    /// The limit of this process's group, else of the container.
-    fn group_limits(&self) -> Option<CGroupLimits> {
-        self.own
-            .and_then(|pid| self.system.process(pid)?.cgroup_limits())
-            .or_else(|| self.system.cgroup_limits())
-    }
-}
-
-impl MemoryProbe for SystemMemory {
-    fn available_bytes(&mut self) -> u64 {
-        self.system.refresh_memory_specifics(MemoryRefreshKind::nothing().with_ram());
-        let machine = self.system.available_memory();
-        // Not the group's free memory: that counts cached file pages as used, which reading frames makes many of and
-        // which are given back on demand.
-        self.group_limits().map_or(machine, |group| machine.min(group.total_memory.saturating_sub(group.rss)))
+    /// What it leaves to frames when `free` bytes are free or theirs.
+    fn of(self, free: u64) -> u64 {
+        match self {
+            Self::Share(share) => (share * free as f64) as u64,
+            Self::Bytes(bytes) => bytes.min((MOST * free as f64) as u64),
+        }
     }
 }
 
@@ -60,13 +44,12 @@ pub(crate) struct Budget {
 }
 
 impl Budget {
-    /// `share` (0 to 1) of what is `available` and what is held already - in `ready` frames and in running reads that will
+    /// What `limit` makes of what is `available` and what is held already - in `ready` frames and in running reads that will
     /// take `reading` bytes. Counting what is held keeps the budget in place while it is used up.
-    pub(crate) fn new(share: f64, available: u64, ready: u64, reading: u64) -> Self {
-        let of = |bytes: u64| (share * bytes as f64) as u64;
+    pub(crate) fn new(limit: MemoryLimit, available: u64, ready: u64, reading: u64) -> Self {
         let settled = available.saturating_add(ready);
-        let fill = of(settled);
-        Self { fill: fill - fill / 16, keep: of(settled.saturating_add(reading)) }
+        let fill = limit.of(settled);
+        Self { fill: fill - fill / 16, keep: limit.of(settled.saturating_add(reading)) }
     }
 }
 
@@ -74,22 +57,33 @@ impl Budget {
 mod tests {
     use super::*;
 
+    const HALF: MemoryLimit = MemoryLimit::Share(0.5);
+
     #[test]
     fn using_the_budget_does_not_change_it() {
         let free = 1600;
-        assert_eq!(Budget::new(0.5, free, 0, 0), Budget { fill: 750, keep: 800 });
+        assert_eq!(Budget::new(HALF, free, 0, 0), Budget { fill: 750, keep: 800 });
         for ready in [1, 250, 500] {
-            assert_eq!(Budget::new(0.5, free - ready, ready, 0), Budget { fill: 750, keep: 800 });
+            assert_eq!(Budget::new(HALF, free - ready, ready, 0), Budget { fill: 750, keep: 800 });
         }
         // A read of 200 that has allocated half of it: the truth lies between the limits.
-        assert_eq!(Budget::new(0.5, free - 100, 0, 200), Budget { fill: 704, keep: 850 });
+        assert_eq!(Budget::new(HALF, free - 100, 0, 200), Budget { fill: 704, keep: 850 });
         // Somebody else took all that was left beside 400 of ours.
-        assert_eq!(Budget::new(0.5, 0, 400, 0).keep, 200);
+        assert_eq!(Budget::new(HALF, 0, 400, 0).keep, 200);
     }
 
     #[test]
-    fn this_machine_has_memory() {
-        let available = SystemMemory::new().expect("memory figures").available_bytes();
-        assert!(available > 1 << 20, "{available}");
+    fn bytes_are_a_limit_only_where_there_is_as_much() {
+        let limit = MemoryLimit::Bytes(1600);
+        assert_eq!(Budget::new(limit, 1 << 20, 500, 0), Budget { fill: 1500, keep: 1600 });
+        assert_eq!(Budget::new(limit, 500, 500, 0).keep, 900);
+    }
+
+    #[test]
+    fn shares_are_fractions() {
+        for share in [0.0, -1.0, 1.1, f64::NAN] {
+            assert!(MemoryLimit::Share(share).validate().is_err(), "{share}");
+        }
+        assert!(MemoryLimit::Share(1.0).validate().is_ok() && MemoryLimit::Bytes(0).validate().is_ok());
     }
 }

@@ -1,6 +1,8 @@
 use std::collections::HashMap;
 use std::ops::ControlFlow;
-use std::thread::JoinHandle;
+use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
+use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
 use crossbeam::channel::{Receiver, RecvTimeoutError, Sender};
@@ -8,29 +10,54 @@ use meniscus_core::{Cancel, FrameError, FrameErrorKind};
 
 use crate::budget::Budget;
 use crate::meter::Meter;
-use crate::policy::{Action, Outcome, Policy};
+use crate::policy::{Action, Outcome, Policy, Rules};
 use crate::reader::{Finished, Job};
-use crate::{FrameState, MemoryProbe, Plan, PrefetchStats};
+use crate::watch::Failed;
+use crate::{FrameRecord, FrameState, MemoryLimit, MemoryProbe, Plan, PrefetchStats};
 
 /// How old the known amount of free memory may be. Asking costs a few system calls; other programs rarely take gigabytes in
 /// less.
 const MEMORY_INTERVAL: Duration = Duration::from_millis(100);
 
+/// How long the end waits for readers to notice that they are cancelled, which they do between blocks. One that waits for a
+/// disk which does not answer is left behind.
+const FAREWELL: Duration = Duration::from_secs(5);
+
 /// What the coordinator is told.
 pub(crate) enum Message<P> {
     SetPlan(Plan),
-    Take { frame: usize, reply: Sender<Result<P, FrameError>> },
-    GiveBack { frame: usize, prepared: P },
+    Take {
+        frame: usize,
+        reply: Sender<Result<P, FrameError>>,
+    },
+    TakeReady {
+        frame: usize,
+        reply: Sender<Option<Result<P, FrameError>>>,
+    },
+    TakeCoarse {
+        frame: usize,
+        reply: Sender<Option<P>>,
+    },
+    GiveBack {
+        frame: usize,
+        prepared: P,
+    },
     Status(Sender<Vec<FrameState>>),
+    Records(Sender<Vec<FrameRecord>>),
     Stats(Sender<PrefetchStats>),
+    Coarse {
+        frame: usize,
+        prepared: P,
+    },
     Finished(Finished<P>),
+    /// The files of a failed frame have changed.
+    Changed {
+        frame: usize,
+        source_bytes: u64,
+    },
+    /// Frames of so many bytes each were added at the end.
+    Grown(Vec<u64>),
     Stop,
-}
-
-impl<P> From<Finished<P>> for Message<P> {
-    fn from(finished: Finished<P>) -> Self {
-        Self::Finished(finished)
-    }
 }
 
 /// Somebody who waits for a frame.
@@ -40,18 +67,31 @@ struct Waiting<P> {
     reply: Sender<Result<P, FrameError>>,
 }
 
+/// The threads that the coordinator tells what to do.
+pub(crate) struct Threads {
+    pub readers: Vec<JoinHandle<()>>,
+    pub jobs: Sender<Job>,
+    pub watch: JoinHandle<()>,
+    pub failures: Sender<Failed>,
+}
+
 /// Owns the frames and carries out what the policy decides.
 pub(crate) struct Coordinator<P> {
     policy: Policy,
     meter: Meter,
     started: Instant,
-    share: f64,
+    rules: Rules,
+    limit: MemoryLimit,
     memory: Box<dyn MemoryProbe>,
     /// When memory was last asked for, and the budget from it.
     budget: Option<(Instant, Budget)>,
-    readers: Vec<JoinHandle<()>>,
-    jobs: Sender<Job>,
+    threads: Threads,
+    /// Number of frames, for those who ask for one.
+    frame_count: Arc<AtomicUsize>,
     frames: HashMap<usize, P>,
+    records: Vec<FrameRecord>,
+    /// A first impression of a frame that is being read.
+    coarse: Option<(usize, P)>,
     /// Of failed frames, until told.
     errors: HashMap<usize, FrameError>,
     running: HashMap<usize, Cancel>,
@@ -61,21 +101,25 @@ pub(crate) struct Coordinator<P> {
 impl<P> Coordinator<P> {
     pub(crate) fn new(
         source_bytes: Vec<u64>,
-        readers: Vec<JoinHandle<()>>,
-        jobs: Sender<Job>,
-        share: f64,
+        threads: Threads,
+        rules: Rules,
+        limit: MemoryLimit,
         memory: Box<dyn MemoryProbe>,
+        frame_count: Arc<AtomicUsize>,
     ) -> Self {
         Self {
-            policy: Policy::new(source_bytes, readers.len()),
+            records: vec![FrameRecord::default(); source_bytes.len()],
+            policy: Policy::new(source_bytes, rules),
             meter: Meter::default(),
             started: Instant::now(),
-            share,
+            rules,
+            limit,
             memory,
             budget: None,
-            readers,
-            jobs,
+            threads,
+            frame_count,
             frames: HashMap::new(),
+            coarse: None,
             errors: HashMap::new(),
             running: HashMap::new(),
             waiting: Vec::new(),
@@ -94,28 +138,62 @@ impl<P> Coordinator<P> {
                 break;
             }
             let budget = self.budget();
-            for action in self.policy.decide(budget) {
+            for action in self.policy.decide(budget, self.started.elapsed()) {
                 self.carry_out(action);
             }
+            self.meter.settled(&self.policy, budget.keep);
         }
         self.running.values().for_each(Cancel::cancel);
-        drop(self.jobs);
-        for reader in self.readers {
-            // Readers catch panics; one that dies all the same has reported it.
-            let _ = reader.join();
+        let Threads { readers, jobs, watch, failures } = self.threads;
+        drop((jobs, failures));
+        let begin = Instant::now();
+        for thread in readers.into_iter().chain([watch]) {
+            while !thread.is_finished() && begin.elapsed() < FAREWELL {
+                thread::sleep(Duration::from_millis(1));
+            }
+            if thread.is_finished() {
+                // Readers catch panics; one that dies all the same has reported it.
+                let _ = thread.join();
+            }
         }
     }
 
     fn receive(&mut self, message: Message<P>) -> ControlFlow<()> {
+        // Whoever asked may have gone when the answer is sent; then nobody minds.
         match message {
             Message::SetPlan(plan) => self.policy.set_plan(plan),
             Message::Take { frame, reply } => self.take(frame, reply),
+            Message::TakeReady { frame, reply } => {
+                let _ = reply.send(self.take_ready(frame));
+            }
+            Message::TakeCoarse { frame, reply } => {
+                let _ = reply.send(self.coarse.take_if(|(of, _)| *of == frame).map(|(_, coarse)| coarse));
+            }
             Message::GiveBack { frame, prepared } => self.give_back(frame, prepared),
+            Message::Coarse { frame, prepared } => self.coarse = Some((frame, prepared)),
             Message::Finished(finished) => self.finish(finished),
-            // Whoever asked may have gone; then nobody minds.
+            Message::Changed { frame, source_bytes } => {
+                if self.policy.changed(frame, source_bytes) {
+                    self.errors.remove(&frame);
+                    self.meter.frame_changed();
+                }
+            }
+            Message::Grown(source_bytes) => {
+                self.policy.grow(&source_bytes);
+                let count = self.records.len() + source_bytes.len();
+                self.records.resize(count, FrameRecord::default());
+                self.frame_count.store(count, Ordering::Release);
+            }
             Message::Status(reply) => {
                 let budget = self.budget();
                 let _ = reply.send(self.policy.states(budget));
+            }
+            Message::Records(reply) => {
+                let budget = self.budget();
+                let states = self.policy.states(budget);
+                let records = std::iter::zip(&self.records, states);
+                let _ = reply
+                    .send(records.map(|(record, state)| FrameRecord { state, ..record.clone() }).collect());
             }
             Message::Stats(reply) => {
                 let budget = self.budget();
@@ -127,39 +205,71 @@ impl<P> Coordinator<P> {
     }
 
     fn take(&mut self, frame: usize, reply: Sender<Result<P, FrameError>>) {
-        let result = match (self.frames.remove(&frame), self.errors.remove(&frame)) {
-            (Some(prepared), _) => Ok(prepared),
-            (None, Some(error)) => Err(error),
-            (None, None) => {
-                self.policy.await_frame(frame);
+        let result = match self.take_ready(frame) {
+            Some(result) => result,
+            None if self.policy.await_frame(frame) => {
                 return self.waiting.push(Waiting { frame, since: Instant::now(), reply });
             }
+            None => {
+                self.policy.taken(frame, self.started.elapsed());
+                Err(self.no_answer(frame))
+            }
         };
-        self.policy.taken(frame);
         let _ = reply.send(result);
     }
 
-    fn finish(&mut self, Finished { frame, result }: Finished<P>) {
-        self.meter.read_ended(self.started.elapsed());
+    /// `frame`, or why there is none, if either is known.
+    fn take_ready(&mut self, frame: usize) -> Option<Result<P, FrameError>> {
+        let result = match self.frames.remove(&frame) {
+            Some(prepared) => Ok(prepared),
+            None => Err(self.errors.remove(&frame)?),
+        };
+        self.policy.taken(frame, self.started.elapsed());
+        Some(result)
+    }
+
+    fn finish(&mut self, Finished { frame, result, took, version }: Finished<P>) {
+        let now = self.started.elapsed();
+        self.meter.read_ended(now);
         let stopped = self.running.remove(&frame).is_some_and(|cancel| cancel.is_cancelled());
         let outcome = match &result {
-            Ok((_, bytes)) => Outcome::Ready { bytes: *bytes },
+            Ok(delivered) => Outcome::Ready { bytes: delivered.bytes },
             Err(error) if stopped && error.kind == FrameErrorKind::Cancelled => Outcome::Cancelled,
             Err(_) => Outcome::Failed,
         };
-        self.policy.finished(frame, outcome);
-        self.meter.finished(outcome);
+        self.policy.finished(frame, outcome, now);
+        let file_bytes = result.as_ref().ok().and_then(|delivered| delivered.file_bytes);
+        self.meter.finished(outcome, file_bytes);
+        if self.coarse.as_ref().is_some_and(|(of, _)| *of == frame) {
+            self.coarse = None;
+        }
         if outcome == Outcome::Cancelled {
+            self.errors.remove(&frame);
             return;
         }
-        let result = result.map(|(prepared, _)| prepared);
+        let record = &mut self.records[frame];
+        record.error = result.as_ref().err().cloned();
+        if result.is_ok() {
+            (record.reads, record.read_time, record.file_bytes) = (record.reads + 1, Some(took), file_bytes);
+        } else {
+            let _ = self.threads.failures.send(Failed { frame, version });
+        }
+        self.hand_out(frame, result.map(|delivered| delivered.prepared));
+    }
+
+    /// Gives `frame` to whoever waits for it, else keeps it.
+    fn hand_out(&mut self, frame: usize, result: Result<P, FrameError>) {
         if let Some(place) = self.waiting.iter().position(|waiting| waiting.frame == frame) {
             let waiting = self.waiting.remove(place);
-            self.meter.stalled(waiting.since.elapsed());
-            self.policy.taken(frame);
+            let time = waiting.since.elapsed();
+            self.meter.stalled(time);
+            self.records[frame].stalls += 1;
+            self.records[frame].stalled += time;
+            self.policy.taken(frame, self.started.elapsed());
             let _ = waiting.reply.send(result);
             return;
         }
+        self.errors.remove(&frame);
         match result {
             Ok(prepared) => drop(self.frames.insert(frame, prepared)),
             Err(error) => drop(self.errors.insert(frame, error)),
@@ -175,12 +285,13 @@ impl<P> Coordinator<P> {
 
     fn carry_out(&mut self, action: Action) {
         match action {
-            Action::Start(frame) => {
+            Action::Start { frame, coarse } => {
                 let cancel = Cancel::default();
                 self.running.insert(frame, cancel.clone());
                 self.meter.read_started(self.started.elapsed());
+                let coarse_share = self.rules.coarse_share.filter(|_| coarse);
                 // Readers live as long as this does.
-                let _ = self.jobs.send(Job { frame, cancel });
+                let _ = self.threads.jobs.send(Job { frame, cancel, coarse_share });
             }
             Action::Cancel(frame) => {
                 if let Some(cancel) = self.running.get(&frame) {
@@ -191,7 +302,22 @@ impl<P> Coordinator<P> {
                 self.frames.remove(&frame);
                 self.meter.frame_dropped();
             }
+            Action::GiveUp(frame) => {
+                let error = self.no_answer(frame);
+                self.records[frame].error = Some(error.clone());
+                self.meter.read_given_up();
+                self.hand_out(frame, Err(error));
+            }
         }
+    }
+
+    fn no_answer(&self, frame: usize) -> FrameError {
+        let message = format!(
+            "frame {frame} has not come for more than {:.0} s: the disk or the network that it is on does not answer; it is \
+             taken when it comes after all",
+            self.rules.patience.as_secs_f64()
+        );
+        FrameError { kind: FrameErrorKind::Io, file: None, message }
     }
 
     /// The budget by the free memory, asked again when the last answer is old.
@@ -201,7 +327,7 @@ impl<P> Coordinator<P> {
             _ => {
                 let available = self.memory.available_bytes();
                 let (ready, held) = (self.policy.ready_bytes(), self.policy.held_bytes());
-                let budget = Budget::new(self.share, available, ready, held - ready);
+                let budget = Budget::new(self.limit, available, ready, held - ready);
                 self.budget = Some((Instant::now(), budget));
                 budget
             }

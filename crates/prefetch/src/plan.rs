@@ -51,7 +51,9 @@ impl Plan {
             Self::Play { step: 0, .. } => {}
             &mut Self::Play { step, looping, .. } => {
                 if self.upcoming(count).contains(&shown) {
-                    *self = match following(shown, step, looping, count) {
+                    // Behind the end there is nothing yet, but a series may grow.
+                    let behind = || shown.checked_add_signed(step);
+                    *self = match following(shown, step, looping, count).or_else(behind) {
                         Some(playhead) => Self::Play { playhead, step, looping },
                         None => Self::IDLE,
                     };
@@ -104,5 +106,8 @@ mod tests {
         assert_eq!(after(play(5, 1, true), 5), [0, 1, 2, 3, 4, 5]);
         assert_eq!(after(play(2, 0, false), 2)[0], 2);
         assert_eq!(after(Plan::Frames(vec![5, 1, 3]), 1), [3]);
+        let mut ended = play(4, 1, false);
+        ended.advance_past(5, 6);
+        assert_eq!((ended.upcoming(6), ended.upcoming(8)), (vec![], vec![6, 7]), "frames were added");
     }
 }

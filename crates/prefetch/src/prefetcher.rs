@@ -1,30 +1,46 @@
 use std::sync::Arc;
+use std::sync::atomic::{AtomicUsize, Ordering};
 use std::thread::{self, JoinHandle};
+use std::time::Duration;
 
 use crossbeam::channel::{self, Sender};
 use meniscus_core::{FrameError, FrameErrorKind, FrameRequest, FrameSource, SetFrame};
 
-use crate::coordinator::{Coordinator, Message};
+use crate::coordinator::{Coordinator, Message, Threads};
+use crate::policy::Rules;
 use crate::reader::Reader;
-use crate::{FrameState, MemoryProbe, Plan, PrefetchError, PrefetchStats, SystemMemory};
+use crate::{
+    FrameRecord, FrameState, MemoryLimit, MemoryProbe, Plan, PrefetchError, PrefetchStats, SystemMemory,
+    watch,
+};
 
 /// How frames are prefetched.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PrefetchOptions {
     /// Frames read at once, at least 1 (0 counts as 1).
     pub threads: usize,
-    /// Share of the free memory that prefetched frames may take, above 0 and at most 1. What is taken counts as free here,
-    /// so the share does not shrink while it is used. The nearer to 1, the slower memory goes back to programs that need it;
-    /// at 1 none does.
-    pub memory_share: f64,
+    /// What prefetched frames may take. Frames that were taken are the caller's and do not count.
+    pub memory: MemoryLimit,
     /// What of each frame is read.
     pub request: FrameRequest,
+    /// How long a read may take before its frame counts as failed and playback goes on without it; longer where reads have
+    /// taken long before. The read goes on, and its frame is there when it ends.
+    pub patience: Duration,
+    /// The part (one in so many particles) of the frame that a plan begins with which is read before the whole, to be seen at
+    /// once ([`Prefetcher::take_coarse`]); `None` for none.
+    pub coarse_share: Option<u32>,
 }
 
 impl Default for PrefetchOptions {
-    /// Two readers, half of the free memory, positions only.
+    /// Two readers, half of the free memory, positions only, a minute of patience, whole frames.
     fn default() -> Self {
-        Self { threads: 2, memory_share: 0.5, request: FrameRequest::default() }
+        Self {
+            threads: 2,
+            memory: MemoryLimit::Share(0.5),
+            request: FrameRequest::default(),
+            patience: Duration::from_secs(60),
+            coarse_share: None,
+        }
     }
 }
 
@@ -33,7 +49,7 @@ impl Default for PrefetchOptions {
 /// Nothing is read before a plan is set or a frame is taken. Dropping it cancels what is being read and joins all threads;
 /// how long that takes is how long the source takes to notice.
 pub struct Prefetcher<P> {
-    frame_count: usize,
+    frame_count: Arc<AtomicUsize>,
     messages: Sender<Message<P>>,
     coordinator: Option<JoinHandle<()>>,
 }
@@ -64,14 +80,13 @@ impl<P: Send + 'static> Prefetcher<P> {
         options: PrefetchOptions,
         memory: Box<dyn MemoryProbe>,
     ) -> Result<Self, PrefetchError> {
-        let share = options.memory_share;
-        if !(share > 0.0 && share <= 1.0) {
-            return Err(PrefetchError::MemoryShare { found: share });
-        }
-        let frame_count = source.frame_count();
-        let source_bytes = (0..frame_count).map(|frame| source.estimated_bytes(frame)).collect();
+        options.memory.validate()?;
+        let count = source.frame_count();
+        let source_bytes = (0..count).map(|frame| source.estimated_bytes(frame)).collect();
+        let readers = options.threads.max(1);
+        let rules = Rules { readers, patience: options.patience, coarse_share: options.coarse_share };
         let reader = Arc::new(Reader {
-            source,
+            source: Arc::clone(&source),
             request: options.request,
             prepare: Box::new(prepare),
             bytes_of: Box::new(bytes_of),
@@ -79,19 +94,28 @@ impl<P: Send + 'static> Prefetcher<P> {
 
         let (messages, inbox) = channel::unbounded();
         let (jobs, jobs_of_readers) = channel::unbounded();
-        let readers = (0..options.threads.max(1))
+        let (failures, failures_seen) = channel::unbounded();
+        let named = |name: String| thread::Builder::new().name(name);
+        let readers = (0..readers)
             .map(|number| {
                 let (reader, jobs, results) = (reader.clone(), jobs_of_readers.clone(), messages.clone());
-                thread::Builder::new()
-                    .name(format!("meniscus-read-{number}"))
-                    .spawn(move || reader.run(&jobs, &results))
+                named(format!("meniscus-read-{number}")).spawn(move || reader.run(&jobs, &results))
             })
             .collect::<Result<Vec<_>, _>>()?;
-        let coordinator = Coordinator::new(source_bytes, readers, jobs, share, memory);
-        let coordinator = thread::Builder::new()
-            .name("meniscus-prefetch".to_owned())
-            .spawn(move || coordinator.run(&inbox))?;
+        let news = messages.clone();
+        let watch = named("meniscus-watch".to_owned())
+            .spawn(move || watch::run(&source, count, &failures_seen, &news))?;
+        let frame_count = Arc::new(AtomicUsize::new(count));
+        let threads = Threads { readers, jobs, watch, failures };
+        let coordinator =
+            Coordinator::new(source_bytes, threads, rules, options.memory, memory, Arc::clone(&frame_count));
+        let coordinator = named("meniscus-prefetch".to_owned()).spawn(move || coordinator.run(&inbox))?;
         Ok(Self { frame_count, messages, coordinator: Some(coordinator) })
+    }
+
+    /// Number of frames, those included that were added to the series since the start.
+    pub fn frame_count(&self) -> usize {
+        self.frame_count.load(Ordering::Acquire)
     }
 
     /// Sets which frames come next, in place of the last plan. Reads that are no longer wanted are cancelled; what is ready
@@ -106,13 +130,7 @@ impl<P: Send + 'static> Prefetcher<P> {
     /// # Errors
     /// The source's [`FrameError`], once for each failed read: taking the frame again tries again.
     pub fn take(&self, index: usize) -> Result<P, FrameError> {
-        if index >= self.frame_count {
-            return Err(FrameError {
-                kind: FrameErrorKind::Usage,
-                file: None,
-                message: format!("frame {index}: the series has {} frames, counted from 0", self.frame_count),
-            });
-        }
+        self.check(index)?;
         let (reply, answer) = channel::bounded(1);
         self.tell(Message::Take { frame: index, reply });
         answer.recv().unwrap_or_else(|_| {
@@ -124,10 +142,25 @@ impl<P: Send + 'static> Prefetcher<P> {
         })
     }
 
+    /// [`Self::take`] without waiting: `None` where nothing is known of the frame yet. For those who have something else to
+    /// show meanwhile.
+    pub fn take_ready(&self, index: usize) -> Option<Result<P, FrameError>> {
+        if let Err(error) = self.check(index) {
+            return Some(Err(error));
+        }
+        self.ask(|reply| Message::TakeReady { frame: index, reply })
+    }
+
+    /// Hands out the first impression of frame `index`, once, where it is there and the whole is not. Only the frame that a
+    /// plan begins with has one, and only with [`PrefetchOptions::coarse_share`].
+    pub fn take_coarse(&self, index: usize) -> Option<P> {
+        self.ask(|reply| Message::TakeCoarse { frame: index, reply })
+    }
+
     /// Gives frame `index` back after use, to be kept for the next time it is shown. It is dropped when memory is short or
     /// there is no such frame.
     pub fn give_back(&self, index: usize, frame: P) {
-        if index < self.frame_count {
+        if index < self.frame_count() {
             self.tell(Message::GiveBack { frame: index, prepared: frame });
         }
     }
@@ -137,9 +170,23 @@ impl<P: Send + 'static> Prefetcher<P> {
         self.ask(Message::Status)
     }
 
+    /// What is known of each frame and what happened to it, in order.
+    pub fn records(&self) -> Vec<FrameRecord> {
+        self.ask(Message::Records)
+    }
+
     /// What was done so far.
     pub fn stats(&self) -> PrefetchStats {
         self.ask(Message::Stats)
+    }
+
+    fn check(&self, index: usize) -> Result<(), FrameError> {
+        let count = self.frame_count();
+        if index < count {
+            return Ok(());
+        }
+        let message = format!("frame {index}: the series has {count} frames, counted from 0");
+        Err(FrameError { kind: FrameErrorKind::Usage, file: None, message })
     }
 
     fn ask<T: Default>(&self, question: impl FnOnce(Sender<T>) -> Message<P>) -> T {

@@ -1,12 +1,14 @@
 //! The prefetcher with real threads and a source made for the test.
 
 use std::sync::atomic::{AtomicI64, AtomicU64, AtomicUsize, Ordering};
-use std::sync::{Arc, Barrier};
+use std::sync::{Arc, Barrier, Mutex};
 use std::thread;
 use std::time::Duration;
 
 use meniscus_core::{Cancel, FrameError, FrameErrorKind, FrameRequest, FrameSource, SetFrame};
-use meniscus_prefetch::{FrameState, MemoryProbe, Plan, PrefetchError, PrefetchOptions, Prefetcher};
+use meniscus_prefetch::{
+    FrameState, MemoryLimit, MemoryProbe, Plan, PrefetchError, PrefetchOptions, Prefetcher,
+};
 
 const FRAME: u64 = 1 << 20;
 
@@ -264,7 +266,8 @@ fn wrong_requests_are_named() {
     let outside = prefetcher.take(3).expect_err("frames 0 to 2 only");
     assert_eq!(outside.kind, FrameErrorKind::Usage);
     for share in [0.0, -1.0, 1.1, f64::NAN] {
-        let options = PrefetchOptions { memory_share: share, ..PrefetchOptions::default() };
+        let memory = MemoryLimit::Share(share);
+        let options = PrefetchOptions { memory, ..PrefetchOptions::default() };
         let source = Arc::new(Source { count: 1, on_read: |_, _: &Cancel| Ok(()) });
         let refused = Prefetcher::new(source, |frame| frame.index, |_| 0, options);
         assert!(matches!(refused, Err(PrefetchError::MemoryShare { .. })));
@@ -277,4 +280,126 @@ fn a_series_without_frames_is_no_trouble() {
     prefetcher.set_plan(play(0, 1, true));
     assert_eq!(prefetcher.status(), []);
     assert!(prefetcher.take(0).is_err());
+}
+
+/// A source on a medium that changes under it.
+#[derive(Default)]
+struct Medium {
+    count: AtomicUsize,
+    version: AtomicU64,
+    /// What reading any frame waits for.
+    answers: Mutex<()>,
+    broken: Mutex<Vec<usize>>,
+}
+
+impl FrameSource for Medium {
+    fn frame_count(&self) -> usize {
+        self.count.load(Ordering::SeqCst)
+    }
+
+    fn time(&self, _index: usize) -> Option<f64> {
+        None
+    }
+
+    fn estimated_bytes(&self, _index: usize) -> u64 {
+        FRAME
+    }
+
+    fn read(&self, index: usize, _request: &FrameRequest, _cancel: &Cancel) -> Result<SetFrame, FrameError> {
+        drop(self.answers.lock().expect("a sound lock"));
+        match self.broken.lock().expect("a sound lock").contains(&index) {
+            true => Err(error(FrameErrorKind::Malformed)),
+            false => Ok(SetFrame { index, ..SetFrame::default() }),
+        }
+    }
+
+    fn version(&self, _index: usize) -> Option<u64> {
+        Some(self.version.load(Ordering::SeqCst))
+    }
+
+    fn read_coarse(
+        &self,
+        index: usize,
+        share: u32,
+        _request: &FrameRequest,
+        _cancel: &Cancel,
+    ) -> Result<Option<SetFrame>, FrameError> {
+        Ok(Some(SetFrame { index: 1000 * share as usize + index, ..SetFrame::default() }))
+    }
+}
+
+/// A medium of some frames and who reads from it.
+fn medium(count: usize, options: PrefetchOptions) -> (Arc<Medium>, Prefetcher<usize>) {
+    let medium = Arc::new(Medium { count: AtomicUsize::new(count), ..Medium::default() });
+    let source = Arc::clone(&medium) as Arc<dyn FrameSource>;
+    let free = Box::new(Free(plenty()));
+    let prefetcher = Prefetcher::with_memory(source, |frame| frame.index, |_| FRAME, options, free);
+    (medium, prefetcher.expect("threads"))
+}
+
+#[test]
+fn a_failed_frame_is_read_again_when_its_files_have_changed() {
+    let (medium, prefetcher) = medium(5, PrefetchOptions::default());
+    medium.broken.lock().expect("a sound lock").push(3);
+    prefetcher.set_plan(play(0, 1, false));
+    eventually("frame 3 failed", || prefetcher.status()[3] == FrameState::Failed);
+    let error_of = |frame: usize| prefetcher.records()[frame].error.clone();
+    assert_eq!(error_of(3), Some(error(FrameErrorKind::Malformed)));
+    medium.broken.lock().expect("a sound lock").clear();
+    medium.version.store(1, Ordering::SeqCst);
+    eventually("it is read again", || ready(&prefetcher) == 5);
+    let record = &prefetcher.records()[3];
+    assert_eq!((record.error.clone(), record.reads), (None, 1));
+    assert!(record.read_time.is_some());
+    assert_eq!((prefetcher.take(3), prefetcher.stats().frames_changed), (Ok(3), 1));
+}
+
+#[test]
+fn frames_that_are_added_to_the_series_join_in() {
+    let (medium, prefetcher) = medium(2, PrefetchOptions::default());
+    prefetcher.set_plan(play(0, 1, false));
+    assert_eq!((prefetcher.take(0), prefetcher.take(1)), (Ok(0), Ok(1)));
+    assert!(prefetcher.take(2).is_err());
+    medium.count.store(4, Ordering::SeqCst);
+    eventually("there are four", || prefetcher.frame_count() == 4);
+    eventually("they are read ahead", || ready(&prefetcher) == 2);
+    assert_eq!(prefetcher.take(2), Ok(2));
+}
+
+#[test]
+fn a_disk_that_does_not_answer_costs_its_frame_and_gives_it_back() {
+    // Any patience is long enough for frames that take no time, and none for one that never comes.
+    let patience = Duration::from_millis(300);
+    let (medium, prefetcher) = medium(4, PrefetchOptions { threads: 1, patience, ..Default::default() });
+    let lock = medium.answers.lock().expect("a sound lock");
+    prefetcher.set_plan(play(0, 1, false));
+    let error = prefetcher.take(0).expect_err("it does not come");
+    assert_eq!(error.kind, FrameErrorKind::Io);
+    assert!(error.message.contains("frame 0") && error.message.contains("does not answer"), "{error}");
+    // The only reader is still waiting: nobody else waits for it.
+    assert!(prefetcher.take(2).is_err() && prefetcher.take(0).is_err());
+    assert!(prefetcher.records()[0].error.is_some());
+    drop(lock);
+    eventually("the disk is back", || prefetcher.status()[0] == FrameState::Ready { bytes: FRAME });
+    assert_eq!((prefetcher.take(0), prefetcher.take(2)), (Ok(0), Ok(2)));
+    assert_eq!(prefetcher.records()[0].error, None);
+}
+
+#[test]
+fn the_frame_that_is_looked_at_has_a_first_impression() {
+    let (medium, prefetcher) = medium(9, PrefetchOptions { coarse_share: Some(8), ..Default::default() });
+    let lock = medium.answers.lock().expect("a sound lock");
+    assert_eq!((prefetcher.take_ready(5), prefetcher.take_coarse(5)), (None, None));
+    prefetcher.set_plan(play(5, 0, false));
+    let mut coarse = None;
+    eventually("it is there before the whole", || {
+        coarse = prefetcher.take_coarse(5);
+        coarse.is_some()
+    });
+    assert_eq!((coarse, prefetcher.take_coarse(5), prefetcher.take_ready(5)), (Some(8005), None, None));
+    drop(lock);
+    assert_eq!(prefetcher.take(5), Ok(5));
+    assert_eq!(prefetcher.take_coarse(6), None, "a neighbour needs none");
+    eventually("the neighbours follow", || ready(&prefetcher) == 8);
+    assert_eq!(prefetcher.take_ready(6), Some(Ok(6)));
 }

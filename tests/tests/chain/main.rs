@@ -2,4 +2,5 @@
 
 mod coordinates;
 mod detail;
+mod playback;
 mod thickness;

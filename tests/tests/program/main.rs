@@ -13,6 +13,7 @@ mod info;
 mod interrupt;
 mod look;
 mod parameters;
+mod playback;
 mod report;
 mod same_bytes;
 mod selection;

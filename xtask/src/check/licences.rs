@@ -13,6 +13,7 @@ const ALLOWED: &[(&str, &str)] = &[
     ("BSD-3-Clause", "asks for its notice only, forbids advertising with the authors' names"),
     ("Zlib", "asks not to claim authorship; no notice needed in binaries"),
     ("ISC", "MIT in fewer words; libloading, through which wgpu finds Vulkan, has no other"),
+    ("CC0-1.0", "public domain, nothing to pass on; notify, which watches folders, has no other"),
     ("Unicode-3.0", "asks for its notice only; covers the tables in unicode-ident, a part of every derive"),
 ];
 

@@ -1,6 +1,7 @@
 //! `meniscus bench`: the steady state, as the user's machine has it.
 
 mod compare;
+mod play;
 mod report;
 mod spread;
 mod stages;
@@ -10,6 +11,7 @@ use std::time::{Instant, SystemTime};
 
 use meniscus_core::{Cancel, FrameRequest, FrameSource, StageCost};
 use meniscus_gpu::{Timing, process_cpu_ms};
+use meniscus_io::Series;
 use meniscus_pipeline::{PreparedFrame, RateGovernor, Registry};
 use serde_json::Value;
 
@@ -40,13 +42,13 @@ pub fn run(
     if !args.compare.is_empty() {
         return compare::run(&args.compare, args.json);
     }
+    if args.play.play {
+        return play::run(args, global, registry, terminal);
+    }
     let Some(settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
     let cancel = interrupt();
     let series = input::open(&args.input, &cancel)?;
-    if args.frame >= series.frame_count() {
-        let last = series.frame_count().max(1) - 1;
-        return Err(Failure::Usage(format!("--frame {}: the series has frames 0 to {last}", args.frame)));
-    }
+    check_frame(args.frame, &series)?;
     let trace = Trace::new(args.trace.is_some());
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
     let preparer = studio.renderer.preparer(&studio.world);
@@ -153,6 +155,14 @@ pub fn run(
     args.trace.as_ref().map_or(Ok(()), |path| trace.write(path))
 }
 
+fn check_frame(frame: usize, series: &Series) -> Result<(), Failure> {
+    if frame < series.frame_count() {
+        return Ok(());
+    }
+    let last = series.frame_count().max(1) - 1;
+    Err(Failure::Usage(format!("--frame {frame}: the series has frames 0 to {last}")))
+}
+
 /// How often the frame is read and prepared, to see how much that varies.
 const READS: usize = 3;
 
@@ -191,7 +201,7 @@ fn ms_since(started: Instant) -> f64 {
 }
 
 /// The entries of a render report that decide what a picture costs.
-fn setup(studio: &Studio, series: &meniscus_io::Series) -> serde_json::Map<String, Value> {
+fn setup(studio: &Studio, series: &Series) -> serde_json::Map<String, Value> {
     let report = serde_json::to_value(RenderReport::new(studio, series)).unwrap_or_default();
     let keys = ["version", "device", "camera", "space", "settings", "choices"];
     keys.iter().map(|key| ((*key).to_owned(), report[key].clone())).collect()

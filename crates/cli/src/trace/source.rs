@@ -44,6 +44,23 @@ impl FrameSource for TracedSource {
         self.trace.on_this_thread("read", begin, outcome);
         result
     }
+
+    fn version(&self, index: usize) -> Option<u64> {
+        self.inner.version(index)
+    }
+
+    fn read_coarse(
+        &self,
+        index: usize,
+        share: u32,
+        request: &FrameRequest,
+        cancel: &Cancel,
+    ) -> Result<Option<SetFrame>, FrameError> {
+        let begin = Instant::now();
+        let result = self.inner.read_coarse(index, share, request, cancel);
+        self.trace.on_this_thread("read a part", begin, json!({"frame": index, "share": share}));
+        result
+    }
 }
 
 impl Trace {

@@ -2,6 +2,8 @@
 
 pub(crate) mod companions;
 mod convert;
+mod follow;
+mod growth;
 mod lengths;
 mod parts;
 mod read;
@@ -12,22 +14,28 @@ mod times;
 mod view;
 
 use std::path::{Path, PathBuf};
+use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 use glam::DVec3;
 use meniscus_core::{Cancel, Choice, Flaws, FrameError, FrameRequest, FrameSource, SeriesSpace, SetFrame};
 
-use crate::discover::{TimeStep, discover};
+use crate::discover::TimeStep;
 use crate::frame_data::FrameData;
 use crate::info::FrameInfo;
 use crate::series::sets::Plans;
 use crate::{Error, SeriesOptions, Sink};
+
+pub use self::follow::Follow;
+use self::growth::Place;
 
 /// A series of frames on disk, or a single file as a series of one.
 ///
 /// Opening it reads the first usable frame to fix what holds for the whole series ([`SeriesSpace`]); frames are read on
 /// demand, from any number of threads.
 pub struct Series {
-    steps: Vec<TimeStep>,
+    place: Place,
+    /// Grows at its end ([`Series::look_again`]); what is in it stays.
+    steps: RwLock<Vec<Arc<TimeStep>>>,
     sets: Plans,
     space: SeriesSpace,
     choices: Vec<Choice>,
@@ -51,16 +59,15 @@ impl Series {
     /// As [`Self::open`]; [`Error::Cancelled`] when stopped.
     pub fn open_unless(input: &Path, options: &SeriesOptions, cancel: &Cancel) -> Result<Self, Error> {
         options.validate()?;
-        let mut found = discover(input)?;
-        if let Some(time_step) = options.time_step {
-            times::apply(&mut found.steps, time_step);
-        }
+        let place = Place { input: input.to_owned(), time_step: options.time_step };
+        let found = place.look()?;
         let sets = sets::plan(options)?;
         let survey = survey::survey(&found.steps, &sets, options, cancel)?;
         let mut choices = found.choices;
         choices.extend(survey.choices);
         Ok(Self {
-            steps: found.steps,
+            place,
+            steps: RwLock::new(found.steps.into_iter().map(Arc::new).collect()),
             sets,
             space: survey.space,
             choices,
@@ -86,12 +93,30 @@ impl Series {
 
     /// The time of every frame, where the series states it without a look into the frames.
     pub fn times(&self) -> Vec<Option<f64>> {
-        self.steps.iter().map(|step| step.time).collect()
+        self.steps().iter().map(|step| step.time).collect()
     }
 
     /// The files of frame `index`; none when there is no such frame.
-    pub fn files(&self, index: usize) -> &[PathBuf] {
-        self.steps.get(index).map_or(&[], |step| &step.files)
+    pub fn files(&self, index: usize) -> Vec<PathBuf> {
+        self.step(index).map_or(Vec::new(), |step| step.files.clone())
+    }
+
+    /// Looks for frames that were added since the series was opened, behind those known; the new number of frames. Those known
+    /// stay, with their numbers, even where their files are gone.
+    ///
+    /// # Errors
+    /// [`Error`] where the input can no longer be looked through.
+    pub fn look_again(&self) -> Result<usize, Error> {
+        let found = self.place.look()?.steps;
+        let mut steps = self.steps.write().unwrap_or_else(PoisonError::into_inner);
+        let added = growth::added(&steps, found);
+        steps.extend(added.into_iter().map(Arc::new));
+        Ok(steps.len())
+    }
+
+    /// Looks again whenever something changes in the folder of the series, until the value returned is dropped.
+    pub fn follow(self: &Arc<Self>) -> Follow {
+        Follow::new(Arc::clone(self))
     }
 
     /// Describes frame `index` of the file as it is, before any selection; with `stats` also the range of every attribute.
@@ -134,15 +159,22 @@ impl Series {
         frame.check_unchanged()
     }
 
-    fn step(&self, index: usize) -> Result<&TimeStep, Error> {
-        self.steps.get(index).ok_or_else(|| {
-            let count = self.steps.len();
+    fn steps(&self) -> RwLockReadGuard<'_, Vec<Arc<TimeStep>>> {
+        // Nothing panics while it writes to the list, and a list is whole after every step.
+        self.steps.read().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn step(&self, index: usize) -> Result<Arc<TimeStep>, Error> {
+        let steps = self.steps();
+        steps.get(index).cloned().ok_or_else(|| {
+            let count = steps.len();
             Error::usage(format_args!("there is no frame {index}; the series has {count}, the first is 0"))
         })
     }
 
     pub(crate) fn frame_data(&self, index: usize, cancel: &Cancel) -> Result<FrameData, Error> {
-        FrameData::open(self.step(index)?, self.sets.io_mode, cancel)
+        let step = self.step(index)?;
+        FrameData::open(&step, self.sets.io_mode, cancel)
     }
 
     pub(crate) fn sets(&self) -> &Plans {
@@ -152,19 +184,33 @@ impl Series {
 
 impl FrameSource for Series {
     fn frame_count(&self) -> usize {
-        self.steps.len()
+        self.steps().len()
     }
 
     fn time(&self, index: usize) -> Option<f64> {
-        self.steps.get(index)?.time
+        self.steps().get(index)?.time
     }
 
     fn estimated_bytes(&self, index: usize) -> u64 {
-        (survey::file_bytes(self.files(index)) as f64 * self.bytes_per_file_byte) as u64
+        (survey::file_bytes(&self.files(index)) as f64 * self.bytes_per_file_byte) as u64
     }
 
     fn read(&self, index: usize, request: &FrameRequest, cancel: &Cancel) -> Result<SetFrame, FrameError> {
         Ok(read::read(self, index, request, cancel)?)
+    }
+
+    fn version(&self, index: usize) -> Option<u64> {
+        Some(growth::version(&self.files(index)))
+    }
+
+    fn read_coarse(
+        &self,
+        index: usize,
+        share: u32,
+        request: &FrameRequest,
+        cancel: &Cancel,
+    ) -> Result<Option<SetFrame>, FrameError> {
+        Ok(read::read_coarse(self, index, share, request, cancel)?)
     }
 }
 

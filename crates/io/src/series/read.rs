@@ -1,5 +1,7 @@
 //! One frame as the sets that are drawn.
 
+use std::path::PathBuf;
+
 use meniscus_core::{
     Attribute, Cancel, Flaw, Flaws, FrameRead, FrameRequest, ParticleFrame, ParticleSet, SetFrame,
 };
@@ -9,7 +11,7 @@ use super::sets::{Assignment, NO_SET, SetSource};
 use super::{Series, companions, origin_of};
 use crate::Error;
 use crate::array::check;
-use crate::frame_data::{FrameArray, FrameData};
+use crate::frame_data::{Block, FrameArray, FrameData};
 use crate::scalar::{Recentre, ToF32, ToU64};
 
 /// Reads frame `index`; once more where somebody wrote to it meanwhile.
@@ -32,7 +34,7 @@ fn read_once(
     cancel: &Cancel,
 ) -> Result<SetFrame, Error> {
     let step = series.step(index)?;
-    let frame = FrameData::open(step, series.sets.io_mode, cancel)?;
+    let frame = FrameData::open(&step, series.sets.io_mode, cancel)?;
     let origin = origin_of(series.space.origin);
     let mut reader = Reader { origin, cancel, dropped: 0 };
     let assignment = Assignment::new(&series.sets, &frame, cancel)?;
@@ -55,22 +57,36 @@ fn read_once(
         taken.particles += frame.points as u64;
         *set = own.pop().unwrap_or_default();
     }
-    let mut flaws = Flaws::default();
-    if reader.dropped > 0 {
-        flaws.add(Flaw::NonFiniteDropped { count: reader.dropped });
+    Ok(reader.frame(series, index, frame.time, files, particles, taken))
+}
+
+/// Points that follow one another in a first impression: enough for what is compressed in blocks of 32 KiB to be worth
+/// unpacking, few enough to be spread over all of the frame.
+const COARSE_RUN: usize = 4096;
+
+/// Reads one in `share` runs of the points of frame `index`; `None` where that costs as much as the whole. Sets with files of their
+/// own come with the whole.
+pub(super) fn read_coarse(
+    series: &Series,
+    index: usize,
+    share: u32,
+    request: &FrameRequest,
+    cancel: &Cancel,
+) -> Result<Option<SetFrame>, Error> {
+    let share = share.max(1) as usize;
+    let step = series.step(index)?;
+    let frame = FrameData::open(&step, series.sets.io_mode, cancel)?;
+    if frame.is_text() || frame.points / COARSE_RUN < share {
+        return Ok(None);
     }
-    let sets = std::iter::zip(particles, series.sets.iter())
-        .map(|(particles, plan)| ParticleSet { name: plan.name.clone(), look: plan.look, particles })
-        .collect();
-    Ok(SetFrame {
-        index,
-        time: frame.time,
-        files,
-        origin: series.space.origin,
-        sets,
-        flaws,
-        read: Some(taken),
-    })
+    let mut reader = Reader { origin: origin_of(series.space.origin), cancel, dropped: 0 };
+    let assignment = Assignment::new(&series.sets, &frame, cancel)?;
+    let runs = frame.blocks_of(COARSE_RUN).step_by(share);
+    let particles = reader.shared_out(&frame, assignment.as_ref(), runs, series.sets.len(), request)?;
+    frame.check_unchanged()?;
+    let taken = FrameRead { bytes: frame.bytes_read(), particles: frame.points as u64 };
+    let files = step.files.clone();
+    Ok(Some(reader.frame(series, index, frame.time, files, particles, taken)))
 }
 
 /// Reads frames into sets.
@@ -82,6 +98,26 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
+    /// The `particles` of all sets as a frame.
+    fn frame(
+        &self,
+        series: &Series,
+        index: usize,
+        time: Option<f64>,
+        files: Vec<PathBuf>,
+        particles: Vec<ParticleFrame>,
+        taken: FrameRead,
+    ) -> SetFrame {
+        let mut flaws = Flaws::default();
+        if self.dropped > 0 {
+            flaws.add(Flaw::NonFiniteDropped { count: self.dropped });
+        }
+        let sets = std::iter::zip(particles, series.sets.iter())
+            .map(|(particles, plan)| ParticleSet { name: plan.name.clone(), look: plan.look, particles })
+            .collect();
+        SetFrame { index, time, files, origin: series.space.origin, sets, flaws, read: Some(taken) }
+    }
+
     /// The particles of each of `count` sets; without `assignment` all go to the first.
     fn sets(
         &mut self,
@@ -96,7 +132,7 @@ impl Reader<'_> {
                 sets[0] = self.all(frame, request)?;
                 Ok(sets)
             }
-            Some(assignment) => self.shared_out(frame, assignment, count, request),
+            Some(_) => self.shared_out(frame, assignment, frame.blocks(), count, request),
         }
     }
 
@@ -119,11 +155,13 @@ impl Reader<'_> {
         Ok(all)
     }
 
-    /// The particles of each of `count` sets, block by block: what no set takes is never in memory all at once.
+    /// The particles of `blocks` in each of `count` sets, block by block: what no set takes is never in memory all at once.
+    /// Without `assignment` all go to the first.
     fn shared_out(
         &mut self,
         frame: &FrameData,
-        assignment: &Assignment<'_>,
+        assignment: Option<&Assignment<'_>>,
+        blocks: impl Iterator<Item = Block>,
         count: usize,
         request: &FrameRequest,
     ) -> Result<Vec<ParticleFrame>, Error> {
@@ -142,9 +180,12 @@ impl Reader<'_> {
         let attributes = std::iter::zip(&request.attributes, &arrays).map(empty).collect();
         let empty = ParticleFrame { attributes, ..ParticleFrame::default() };
         let mut sets = vec![empty; count];
-        for block in frame.blocks() {
+        for block in blocks {
             check(cancel)?;
-            let mut assigned = assignment.block(&block, cancel)?;
+            let mut assigned = match assignment {
+                Some(assignment) => assignment.block(&block, cancel)?,
+                None => vec![0; block.len()],
+            };
             let positions = positions.values(&block, &Recentre { origin: self.origin }, cancel)?;
             let positions = positions.as_chunks::<3>().0;
             for (set, _) in std::iter::zip(&mut assigned, positions).filter(|(_, p)| !is_finite(p)) {
