@@ -1,4 +1,4 @@
-//! Writing PNG files: how long a frame of a sequence takes after it was drawn. The picture is an analytic pool in a gradient
+//! Writing pictures and films: how long a frame takes after it was drawn. The picture is an analytic pool in a gradient
 //! sky, with the grain that ripples and glints give: neither flat, which compresses for nothing, nor noise, which does not
 //! compress at all.
 //!
@@ -11,6 +11,10 @@ use std::path::Path;
 
 use bench_views::{Pool, Stage};
 use criterion::{Criterion, criterion_group, criterion_main};
+use meniscus_core::Pixels;
+use meniscus_export::{
+    DEFAULT_FILM_QUALITY, Encoder, FilmOptions, FrameRate, Still, StillOptions, open_film, write_still,
+};
 
 const SIZES: [(&str, [u32; 2]); 2] = [("720p", [1280, 720]), ("1080p", [1920, 1080])];
 
@@ -36,8 +40,9 @@ fn picture(size: [u32; 2]) -> Vec<u32> {
     (0..pool.distance.len()).map(pixel).collect()
 }
 
-fn write(path: &Path, size: [u32; 2], pixels: &[u32]) {
-    meniscus_export::write_png(path, size, pixels, false).expect("a file in the temporary folder");
+fn write(path: &Path, size: [u32; 2], pixels: &Pixels) {
+    let still = Still { size, pixels, with_alpha: false, note: "" };
+    write_still(path, &still, StillOptions::default()).expect("a file in the temporary folder");
 }
 
 fn export(criterion: &mut Criterion) {
@@ -50,11 +55,37 @@ fn export(criterion: &mut Criterion) {
         stage.cpu(
             ["png", name],
             pixels,
-            || picture(size),
+            || Pixels::Display8(picture(size)),
             // The picture is read, the file written.
             |_| path.metadata().ok().map(|file| 4 * pixels + file.len()),
             |picture| write(&path, size, picture),
         );
+        // Of a film, every second picture is the other one, which has moved by two pixels.
+        for ending in ["mp4", "avi"] {
+            let still = picture(size);
+            let moved: Vec<u32> = still.iter().cycle().skip(2).take(still.len()).copied().collect();
+            let options = FilmOptions {
+                size,
+                rate: FrameRate::whole(24),
+                pictures: 1_000_000,
+                quality: DEFAULT_FILM_QUALITY,
+                bits_per_second: None,
+                encoder: Encoder::BuiltIn,
+            };
+            let path = folder.path().join(format!("{name}.{ending}"));
+            let mut film = open_film(&path, &options).expect("a film in the temporary folder");
+            let mut number = 0;
+            stage.cpu(
+                [ending, name],
+                pixels,
+                || [still, moved],
+                |_| Some(4 * pixels),
+                |pictures| {
+                    number += 1;
+                    film.push(&pictures[number % 2]).expect("a picture encoded");
+                },
+            );
+        }
     }
 }
 

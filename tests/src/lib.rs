@@ -3,6 +3,7 @@
 //! the library shows. Each is one executable with a module per idea, because linking costs more than running.
 
 mod data;
+mod film;
 pub mod golden;
 mod mask;
 mod pixels;
@@ -10,6 +11,7 @@ mod program;
 mod studio;
 
 pub use data::data_dir;
+pub use film::Film;
 pub use mask::Mask;
 pub use pixels::{Pixels, read_json};
 pub use program::{Outcome, Program, Running};

@@ -114,6 +114,11 @@ impl Running {
         self.child.id()
     }
 
+    /// Whether it has ended, after a short wait.
+    pub fn has_ended(&mut self) -> bool {
+        self.poll()
+    }
+
     /// Waits until `path` exists.
     ///
     /// # Panics

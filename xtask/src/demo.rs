@@ -1,4 +1,4 @@
-//! `cargo xtask demo`: from a fresh clone to a picture of water.
+//! `cargo xtask demo`: from a fresh clone to a picture and a film of water.
 
 use std::{path::Path, process::Command, time::Instant};
 
@@ -58,7 +58,7 @@ pub fn run(options: &Options) -> Result<()> {
     create_empty(folder.as_std_path())?;
     let data = folder.join("data");
     let still = folder.join("water.png");
-    let film = folder.join("film_%04d.png");
+    let film = folder.join("water.mp4");
     meniscus(&[
         "make",
         "dam-break",
@@ -81,11 +81,11 @@ pub fn run(options: &Options) -> Result<()> {
         "--size",
         &options.size,
     ])?;
-    meniscus(&["render", data.as_str(), "-o", film.as_str(), "--frames", "0..", "--size", &options.size])?;
-
-    let written = count_pngs(folder.as_std_path())?;
-    if written != FRAMES + 1 {
-        return Err(Error::Pictures { folder: folder.into(), expected: FRAMES + 1, written });
+    meniscus(&["render", data.as_str(), "-o", film.as_str(), "--size", &options.size])?;
+    for written in [&still, &film] {
+        if std::fs::metadata(written).map_or(0, |file| file.len()) == 0 {
+            return Err(Error::NotWritten { path: written.into() });
+        }
     }
     println!("\ndone in {:.0} s\n", start.elapsed().as_secs_f64());
     println!("particles  {data}");
@@ -112,12 +112,6 @@ fn create_empty(folder: &Path) -> Result<()> {
     std::fs::create_dir_all(folder).map_err(file_error)
 }
 
-fn count_pngs(folder: &Path) -> Result<usize> {
-    let entries =
-        std::fs::read_dir(folder).map_err(|source| Error::File { path: folder.to_owned(), source })?;
-    Ok(entries.flatten().filter(|entry| entry.path().extension().is_some_and(|e| e == "png")).count())
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -131,14 +125,13 @@ mod tests {
     }
 
     #[test]
-    fn pictures_of_an_earlier_run_are_neither_kept_nor_counted() {
+    fn nothing_of_an_earlier_run_is_kept() {
         let parent = tempfile::tempdir().unwrap();
         let folder = parent.path().join("demo");
         create_empty(&folder).unwrap();
-        std::fs::write(folder.join("film_0000.png"), "").unwrap();
+        std::fs::write(folder.join("water.mp4"), "").unwrap();
         std::fs::create_dir(folder.join("data")).unwrap();
-        assert_eq!(count_pngs(&folder).unwrap(), 1);
         create_empty(&folder).unwrap();
-        assert_eq!(count_pngs(&folder).unwrap(), 0);
+        assert_eq!(std::fs::read_dir(&folder).unwrap().count(), 0);
     }
 }

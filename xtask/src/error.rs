@@ -34,8 +34,8 @@ pub enum Error {
     #[error("{failed} of {total} checks failed: {names}")]
     Checks { failed: usize, total: usize, names: String },
 
-    #[error("{}: {expected} pictures were to be written, {written} are there", folder.display())]
-    Pictures { folder: PathBuf, expected: usize, written: usize },
+    #[error("{}: was to be written, but is missing or empty", path.display())]
+    NotWritten { path: PathBuf },
 
     #[error("{}: {source}", path.display())]
     Toml { path: PathBuf, source: Box<toml::de::Error> },

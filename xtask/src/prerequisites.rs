@@ -141,9 +141,10 @@ fn compiles_c(lock_file: &str) -> bool {
     lock_file.lines().any(|line| line == r#"name = "cc""#)
 }
 
-/// Whether one of them compiles C++: FLIP, by which pictures are compared, is its authors' own code.
+/// Whether one of them compiles C++: the encoder of films, and FLIP, by which pictures are compared, are their authors' own code.
 fn compiles_cpp(lock_file: &str) -> bool {
-    lock_file.lines().any(|line| line == r#"name = "nv-flip-sys""#)
+    let names = [r#"name = "openh264-sys2""#, r#"name = "nv-flip-sys""#];
+    lock_file.lines().any(|line| names.contains(&line))
 }
 
 /// Whether there is one of the compilers that the `cc` crate tries, or the one that it is told by `variable`.
@@ -221,7 +222,7 @@ mod tests {
     #[test]
     fn the_lock_file_tells_who_compiles_c() {
         assert!(compiles_c("[[package]]\nname = \"cc\"\nversion = \"1.11.1\"\n"));
-        assert!(compiles_cpp("name = \"nv-flip-sys\"\n") && !compiles_cpp("name = \"nv-flip\"\n"));
+        assert!(compiles_cpp("name = \"openh264-sys2\"\n") && !compiles_cpp("name = \"nv-flip\"\n"));
         assert!(!compiles_c("[[package]]\nname = \"ccc\"\ndependencies = [\n \"cc-lib\",\n]\n"));
     }
 

@@ -1,5 +1,7 @@
 //! The command line as clap sees it. Flags that several commands share are structs that those commands flatten in.
 
+mod film;
+
 use std::path::PathBuf;
 
 use clap::builder::ArgPredicate;
@@ -8,6 +10,8 @@ use meniscus_core::UpAxis;
 use meniscus_io::{IoMode, Region};
 
 use meniscus_pipeline::LodView;
+
+pub use film::{EncodingArgs, JoinArgs, TimeArgs};
 
 use crate::failure::Failure;
 use crate::values::{
@@ -68,7 +72,7 @@ pub enum Command {
         meniscus info 'out_*.vtu' --json"
     )]
     Info(InfoArgs),
-    /// Draw one image or a numbered sequence.
+    /// Draw one picture, a numbered sequence or a film.
     #[command(after_help = "Examples:\n  meniscus render fluid.vtu -o water.png\n  \
         meniscus render fluid.pvd -o 'out_%04d.png'\n  meniscus render fluid.pvd -o still.png --frame 12 --size 1920x1080\n  \
         meniscus render dam.pvd -o 'dam_%04d.png' --where 'type == 0'\n  \
@@ -99,6 +103,10 @@ pub enum Command {
     #[command(after_help = "Examples:\n  meniscus make dam-break -o dam --particles 100000 --frames 24\n  \
         meniscus make fjord-tsunami -o fjord --format vtk-binary")]
     Make(MakeArgs),
+    /// Put numbered pictures together to a film, e.g. those of several machines.
+    #[command(after_help = "Examples:\n  meniscus join 'out_%04d.png' -o film.mp4\n  \
+        meniscus join machine1 machine2 machine3 -o film.mp4 --fps 30")]
+    Join(JoinArgs),
 }
 
 /// What to read and how; shared by all commands that read.
@@ -281,7 +289,8 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub input: InputArgs,
 
-    /// Image to write (.png), or a pattern like out_%04d.png for a sequence.
+    /// Picture to write (.png, .jpg, or .exr with linear radiance), a pattern like out_%04d.png for a sequence, or a film (.mp4,
+    /// .avi; more with --encoder ffmpeg).
     #[arg(short, long, value_name = "OUT")]
     pub output: PathBuf,
 
@@ -292,6 +301,30 @@ pub struct RenderArgs {
     /// How the picture is made.
     #[command(flatten)]
     pub picture: PictureArgs,
+
+    /// Move the camera: a file of [[key]]s with `at` (seconds of film), `eye`, `target`, `up` and `fovy_deg`.
+    #[arg(long, value_name = "FILE.toml", conflicts_with_all = ["camera", "view", "ortho"])]
+    pub camera_path: Option<PathBuf>,
+
+    /// Draw N times as wide and high and take the mean: smoother edges, N x N times the work.
+    #[arg(long, value_name = "N", default_value_t = 1, value_parser = clap::value_parser!(u32).range(1..=8))]
+    pub supersample: u32,
+
+    /// Leave the background transparent (.png, .exr); --param post.transparent=true.
+    #[arg(long)]
+    pub transparent: bool,
+
+    /// Bits per channel, 8 or 16 [default: 8 for .png, 16 for .exr].
+    #[arg(long, value_name = "8|16", value_parser = crate::values::bits)]
+    pub bits: Option<u8>,
+
+    /// Which moments are shown.
+    #[command(flatten)]
+    pub time: TimeArgs,
+
+    /// How pictures and films are encoded.
+    #[command(flatten)]
+    pub encoding: EncodingArgs,
 
     /// Show what level of detail decided instead: lod-kept, lod-chunks, lod-levels on the water, or lod-culled, a map of what
     /// was drawn (green), tested (blue) and left out (red: outside, violet: too near, grey: too far).

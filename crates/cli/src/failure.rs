@@ -24,6 +24,14 @@ pub enum Failure {
     /// The output cannot be written.
     #[error(transparent)]
     Output(#[from] ExportError),
+    /// The output cannot be written any further; what was written is kept.
+    #[error("{error}; {kept}")]
+    Unfinished {
+        /// Why.
+        error: ExportError,
+        /// What is there and what is missing.
+        kept: String,
+    },
     /// Some frames of a sequence could not be read; the others were written.
     #[error("{failed} of {wanted} frames could not be read and are missing; the first: {first}")]
     FramesMissing {
@@ -37,6 +45,12 @@ pub enum Failure {
     /// Ctrl-C.
     #[error("interrupted; what was finished is kept")]
     Interrupted,
+    /// Ctrl-C, on the way through a sequence or film.
+    #[error("interrupted; {kept}")]
+    InterruptedOutput {
+        /// What is there.
+        kept: String,
+    },
 }
 
 impl Failure {
@@ -54,8 +68,8 @@ impl Failure {
             ) => 4,
             Self::Gpu(_) | Self::Pipeline(_) | Self::Prefetch(_) => 1,
             Self::FramesMissing { .. } => 3,
-            Self::Output(_) => 5,
-            Self::Interrupted => 130,
+            Self::Output(_) | Self::Unfinished { .. } => 5,
+            Self::Interrupted | Self::InterruptedOutput { .. } => 130,
         }
     }
 
@@ -67,9 +81,9 @@ impl Failure {
             Self::Gpu(_) => "gpu",
             Self::Pipeline(_) => "pipeline",
             Self::Prefetch(_) => "prefetch",
-            Self::Output(_) => "output",
+            Self::Output(_) | Self::Unfinished { .. } => "output",
             Self::FramesMissing { .. } => "frames_missing",
-            Self::Interrupted => "interrupted",
+            Self::Interrupted | Self::InterruptedOutput { .. } => "interrupted",
         }
     }
 
@@ -77,13 +91,7 @@ impl Failure {
     pub fn file(&self) -> Option<String> {
         match self {
             Self::Input(error) => error.file.as_ref().map(|f| f.display().to_string()),
-            Self::Output(
-                ExportError::UnknownFormat { path, .. }
-                | ExportError::NeedsPattern { path, .. }
-                | ExportError::BadPattern { path, .. }
-                | ExportError::Io { path, .. }
-                | ExportError::Encode { path, .. },
-            ) => Some(path.display().to_string()),
+            Self::Output(error) | Self::Unfinished { error, .. } => Some(error.path().display().to_string()),
             _ => None,
         }
     }

@@ -8,6 +8,7 @@ mod convert;
 mod failure;
 mod info;
 mod input;
+mod join;
 mod make;
 mod picture;
 mod render;
@@ -61,6 +62,7 @@ pub fn run(registry: Registry) -> ExitCode {
             Some(Command::Bench(args)) => bench::run(args, &cli.global, registry, &terminal),
             Some(Command::Convert(args)) => convert::run(args, &terminal),
             Some(Command::Make(args)) => make::run(args, &terminal),
+            Some(Command::Join(args)) => join::run(args, &terminal),
             None => {
                 // Without a terminal or with a closed one there is nobody to help.
                 let _ = Cli::command().print_help();

@@ -16,6 +16,55 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// 8 or 16.
+pub fn bits(text: &str) -> Result<u8, String> {
+    match text {
+        "8" => Ok(8),
+        "16" => Ok(16),
+        _ => Err("expected 8 or 16".into()),
+    }
+}
+
+/// `--bitrate`: bits per second, with k or M.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct BitRate(pub u32);
+
+impl FromStr for BitRate {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected bits per second from 10k to 200M, like 8M or 500k".to_owned();
+        let (number, unit) = match text.strip_suffix(['M', 'm']) {
+            Some(number) => (number, 1e6),
+            None => text.strip_suffix(['k', 'K']).map_or((text, 1.0), |number| (number, 1e3)),
+        };
+        let bits = positive(number).map_err(|_| wrong())? * unit;
+        // What H.264 allows at most is 240 M, and no film is worth less than the least.
+        if (1e4..=2e8).contains(&bits) { Ok(Self(bits as u32)) } else { Err(wrong()) }
+    }
+}
+
+/// `--shard i/n`, `i` from 1.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Shard {
+    /// From 0.
+    pub index: usize,
+    /// At least 1.
+    pub count: usize,
+}
+
+impl FromStr for Shard {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected I/N with I from 1 to N, e.g. 1/3, 2/3 and 3/3".to_owned();
+        let (number, count) = text.split_once('/').ok_or_else(wrong)?;
+        let parse = |text: &str| text.trim().parse::<usize>().map_err(|_| wrong());
+        let (number, count) = (parse(number)?, parse(count)?);
+        if (1..=count).contains(&number) { Ok(Self { index: number - 1, count }) } else { Err(wrong()) }
+    }
+}
+
 /// `WxH` in pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ImageSize(pub [u32; 2]);
@@ -278,6 +327,19 @@ impl FromStr for CaseName {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn bit_rates_and_shards() {
+        assert_eq!(("8M".parse(), "500k".parse()), (Ok(BitRate(8_000_000)), Ok(BitRate(500_000))));
+        assert_eq!("2.5m".parse(), Ok(BitRate(2_500_000)));
+        for bad in ["", "M", "-1M", "1", "1e9M", "8Mbit"] {
+            assert!(bad.parse::<BitRate>().is_err(), "{bad}");
+        }
+        assert_eq!("3/3".parse(), Ok(Shard { index: 2, count: 3 }));
+        for bad in ["0/3", "4/3", "1/0", "1", "a/b", "-1/3"] {
+            assert!(bad.parse::<Shard>().is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn sizes() {

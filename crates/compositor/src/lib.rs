@@ -2,6 +2,7 @@
 //! anti-aliasing. Whatever comes in, every pixel that goes out is a colour.
 
 mod compositor;
+pub mod develop;
 mod error;
 mod parameters;
 pub mod twin;

@@ -35,6 +35,11 @@ pub fn srgb(linear: f32) -> f32 {
     if linear <= 0.003_130_8 { 12.92 * linear } else { 1.055 * linear.powf(1.0 / 2.4) - 0.055 }
 }
 
+/// The inverse of [`srgb`].
+pub fn linear(display: f32) -> f32 {
+    if display <= 0.040_45 { display / 12.92 } else { ((display + 0.055) / 1.055).powf(2.4) }
+}
+
 /// Display colour in [0, 1] of any radiance, NaN and infinities included.
 pub fn display_color(parameters: &CompositorParameters, radiance: [f32; 3]) -> [f32; 3] {
     let finite = Vec3::from(radiance.map(|x| if x.is_nan() { 0.0 } else { x.clamp(0.0, MAX_RADIANCE) }));
@@ -78,6 +83,10 @@ mod tests {
         // 1e-4: printed digits of the standard's tables.
         assert!((srgb(0.18) - 0.4614).abs() < 1e-4);
         assert!((srgb(1.0) - 1.0).abs() < 1e-6);
+        for step in 0..=255 {
+            let value = step as f32 / 255.0;
+            assert!((srgb(linear(value)) - value).abs() < 1e-5);
+        }
         // Narkowicz: x = 1 after exposure gives (2.51 + 0.03) / (2.43 + 0.59 + 0.14).
         assert!((filmic(Vec3::splat(1.0 / 0.6)).x - 2.54 / 3.16).abs() < 1e-5);
     }

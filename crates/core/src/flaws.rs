@@ -43,6 +43,21 @@ pub enum Flaw {
         /// Share of neighbouring particles that the next frame has far apart, 0..=1.
         share: f64,
     },
+    /// Pictures of a film show the nearest frame of the data instead of the particles at their time.
+    FramesHeld {
+        /// How many.
+        pictures: usize,
+        /// Of how many.
+        of: usize,
+        /// How far from its time a picture is at most, in the time of the series.
+        at_most: f64,
+        /// What to do.
+        advice: String,
+    },
+    /// Velocities of the file do not carry particles from frame to frame, so that they move in straight lines between frames.
+    VelocitiesUnused,
+    /// More than one particle in a hundred is in one of two frames only, or far from where it moves to, and comes or goes halfway.
+    ParticlesComeAndGo,
     /// Not a single pixel shows a particle.
     NothingVisible {
         /// Why, and what to do.
@@ -74,6 +89,17 @@ impl fmt::Display for Flaw {
                 "the file has no ids and its particles change places from frame to frame ({:.0} % of neighbours part), so \
                  that a reduced level of detail flickers; write ids, or draw with --lod 1",
                 100.0 * share
+            ),
+            Self::FramesHeld { pictures, of, at_most, advice } => write!(
+                f,
+                "{pictures} of {of} pictures show the nearest frame of the data, up to {at_most:.4} s from their time; {advice}"
+            ),
+            Self::VelocitiesUnused => f.write_str(
+                "the velocities do not carry particles from frame to frame; particles move in straight lines between frames. \
+                 Check the times of the series (--dt)",
+            ),
+            Self::ParticlesComeAndGo => f.write_str(
+                "more than 1 % of the particles are in one of two frames only, or jump; they come and go halfway between frames",
             ),
             Self::NothingVisible { reason } => write!(f, "the picture shows no particle: {reason}"),
         }

@@ -1,6 +1,6 @@
 use std::path::{Path, PathBuf};
 
-use crate::ExportError;
+use crate::{ExportError, Format};
 
 /// Where frames go: one file, or a numbered sequence with `%d` or `%0Nd` in the file name.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -21,14 +21,10 @@ impl OutputPattern {
     /// Reads a path such as `out.png` or `frames/out_%04d.png`.
     ///
     /// # Errors
-    /// [`ExportError::UnknownFormat`] for endings other than `.png`, [`ExportError::BadPattern`] for `%` in another form.
+    /// [`ExportError::UnknownFormat`] for endings that name no format, [`ExportError::BadPattern`] for `%` in another form.
     pub fn parse(path: &Path) -> Result<Self, ExportError> {
         let name = path.file_name().unwrap_or_default().to_string_lossy().into_owned();
-        let ending = Path::new(&name).extension().map(|e| e.to_string_lossy().to_lowercase());
-        if ending.as_deref() != Some("png") {
-            let found = ending.map_or_else(|| "no ending".to_owned(), |e| format!(".{e}"));
-            return Err(ExportError::UnknownFormat { path: path.to_owned(), found });
-        }
+        Format::of(path)?;
         let mut before = String::new();
         let mut number: Option<Number> = None;
         let mut rest = name.as_str();
@@ -75,8 +71,28 @@ impl OutputPattern {
         }
         let path = self.path(0);
         let stem = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
-        let suggestion = path.with_file_name(format!("{stem}_%04d.png"));
+        let ending = path.extension().unwrap_or_default().to_string_lossy();
+        let suggestion = path.with_file_name(format!("{stem}_%04d.{ending}"));
         Err(ExportError::NeedsPattern { path, frames, suggestion })
+    }
+
+    /// Whether the names are numbered.
+    pub fn is_numbered(&self) -> bool {
+        self.number.is_some()
+    }
+
+    /// The number in `name`, where it is a name of this pattern.
+    pub fn number_of(&self, name: &str) -> Option<usize> {
+        let Number { digits, after } = self.number.as_ref()?;
+        let middle = name.strip_prefix(&self.before)?.strip_suffix(after)?;
+        let padded = middle.len() == *digits || (middle.len() > *digits && !middle.starts_with('0'));
+        let is_number = padded && middle.bytes().all(|c| c.is_ascii_digit());
+        is_number.then(|| middle.parse().ok()).flatten()
+    }
+
+    /// The folder of all the files.
+    pub fn folder(&self) -> &Path {
+        if self.folder.as_os_str().is_empty() { Path::new(".") } else { &self.folder }
     }
 
     /// The file of frame `index` of the series.
@@ -113,6 +129,21 @@ mod tests {
         for bad in ["out", "out.gif", "png"] {
             assert!(matches!(parse(bad), Err(ExportError::UnknownFormat { .. })), "{bad}");
         }
+    }
+
+    #[test]
+    fn numbers_are_found_again() {
+        let pattern = parse("a/out_%04d.png").unwrap();
+        for index in [0, 7, 9999, 12345] {
+            let name = pattern.path(index).file_name().unwrap().to_string_lossy().into_owned();
+            assert_eq!(pattern.number_of(&name), Some(index));
+        }
+        for other in
+            ["out_7.png", "out_00007.png", "out_+007.png", "out_0007.jpg", "xout_0007.png", "out_.png"]
+        {
+            assert_eq!(pattern.number_of(other), None, "{other}");
+        }
+        assert_eq!(parse("out.png").unwrap().number_of("out.png"), None);
     }
 
     #[test]

@@ -7,6 +7,7 @@
 //! ```
 
 mod counters;
+mod develop;
 mod error;
 mod identity;
 mod images;

@@ -294,7 +294,7 @@ impl Renderer {
         })
     }
 
-    fn images(&self) -> &FrameImages {
+    pub(crate) fn images(&self) -> &FrameImages {
         self.images.as_ref().expect("a frame was drawn before its images are asked for")
     }
 

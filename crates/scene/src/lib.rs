@@ -6,6 +6,7 @@
 
 mod absorption;
 mod camera;
+mod camera_path;
 mod description;
 mod error;
 mod material;
@@ -15,6 +16,7 @@ mod up_frame;
 
 pub use absorption::{CLEAR_WATER_OPTICAL_DEPTH, PURE_WATER_PER_METRE};
 pub use camera::{FOVY_RAD, NamedView, above_ground, automatic_camera};
+pub use camera_path::{CameraKey, CameraPath, Clock, Curve};
 pub use description::{
     BoxDescription, Description, FloorDescription, SkyDescription, SunDescription, WallsDescription,
 };

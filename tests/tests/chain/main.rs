@@ -1,5 +1,6 @@
 //! Physics through the whole chain, with the pipeline as a library: what the pictures rest on but do not show.
 
+mod between_frames;
 mod coordinates;
 mod detail;
 mod playback;

@@ -2,7 +2,7 @@
 
 use crate::{program, program_with_dam};
 
-const COMMANDS: [&str; 5] = ["info", "render", "bench", "convert", "make"];
+const COMMANDS: [&str; 6] = ["info", "render", "bench", "convert", "make", "join"];
 
 #[test]
 fn every_command_has_help_with_examples_and_exit_codes() {

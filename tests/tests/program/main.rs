@@ -8,6 +8,7 @@ mod convert;
 mod counters;
 mod detail;
 mod errors;
+mod films;
 mod help;
 mod info;
 mod interrupt;

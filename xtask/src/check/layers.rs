@@ -11,6 +11,7 @@ const LAYERS: &[(&str, u8)] = &[
     ("meniscus-scene", 0),
     ("meniscus-cases", 0),
     ("meniscus-prefetch", 0),
+    ("meniscus-timeline", 0),
     ("meniscus-gpu", 1),
     ("meniscus-lod", 2),
     ("meniscus-ssfr", 2),

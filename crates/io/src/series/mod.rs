@@ -18,7 +18,9 @@ use std::sync::{Arc, PoisonError, RwLock, RwLockReadGuard};
 
 use glam::DVec3;
 use meniscus_core::{Cancel, Choice, Flaws, FrameError, FrameRequest, FrameSource, SeriesSpace, SetFrame};
+use rayon::prelude::*;
 
+use crate::array::check;
 use crate::discover::TimeStep;
 use crate::frame_data::FrameData;
 use crate::info::FrameInfo;
@@ -42,6 +44,8 @@ pub struct Series {
     flaws: Flaws,
     /// Delivered bytes per byte of file, from the first frame.
     bytes_per_file_byte: f64,
+    has_ids: bool,
+    velocity: Option<String>,
 }
 
 impl Series {
@@ -73,6 +77,8 @@ impl Series {
             choices,
             flaws: survey.flaws,
             bytes_per_file_byte: survey.bytes_per_file_byte,
+            has_ids: survey.has_ids,
+            velocity: survey.velocity,
         })
     }
 
@@ -94,6 +100,31 @@ impl Series {
     /// The time of every frame, where the series states it without a look into the frames.
     pub fn times(&self) -> Vec<Option<f64>> {
         self.steps().iter().map(|step| step.time).collect()
+    }
+
+    /// The time of every frame, also of those that only their files state: a look into the head of each of these.
+    ///
+    /// # Errors
+    /// [`Error::Cancelled`] when `cancel` stops it. A file that cannot be opened has no time.
+    pub fn times_in_files(&self, cancel: &Cancel) -> Result<Vec<Option<f64>>, Error> {
+        let look = |step: &TimeStep| match step.time {
+            Some(time) => Some(time),
+            None => FrameData::open(step, self.sets.io_mode, cancel).ok()?.time,
+        };
+        let steps = self.steps().clone();
+        let times = steps.par_iter().map(|step| look(step)).collect();
+        check(cancel)?;
+        Ok(times)
+    }
+
+    /// Whether the files name their particles, so that they can be followed from frame to frame.
+    pub fn has_ids(&self) -> bool {
+        self.has_ids
+    }
+
+    /// Name of the attribute that holds the velocities, three numbers a particle, where there is one.
+    pub fn velocity(&self) -> Option<&str> {
+        self.velocity.as_deref()
     }
 
     /// The files of frame `index`; none when there is no such frame.

@@ -10,7 +10,7 @@ use super::sets::Plans;
 use super::view::View;
 use super::{companions, lengths, parts, selections};
 use crate::analysis::walls::Walls;
-use crate::analysis::{up, walls};
+use crate::analysis::{names, up, walls};
 use crate::array::check;
 use crate::discover::TimeStep;
 use crate::{Error, IoMode, SeriesOptions, input_file};
@@ -20,6 +20,8 @@ pub(super) struct Survey {
     pub choices: Vec<Choice>,
     pub flaws: Flaws,
     pub bytes_per_file_byte: f64,
+    pub has_ids: bool,
+    pub velocity: Option<String>,
 }
 
 pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
@@ -70,8 +72,11 @@ pub(super) fn survey(
     });
     describe_io(&steps[index], plans, &mut choices);
     check(cancel)?;
-    let bytes = view.positions.len() * if view.frame.id_attribute().is_some() { 20 } else { 12 };
+    let has_ids = view.frame.id_attribute().is_some();
+    let bytes = view.positions.len() * if has_ids { 20 } else { 12 };
     Ok(Survey {
+        has_ids,
+        velocity: names::find(&view.frame, names::VELOCITY, 3).map(|attribute| attribute.name.clone()),
         bytes_per_file_byte: bytes as f64 / file_bytes(&steps[index].files).max(1) as f64,
         space: SeriesSpace {
             origin: view.origin,

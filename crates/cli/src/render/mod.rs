@@ -1,0 +1,314 @@
+//! `meniscus render`.
+
+mod look;
+mod note;
+mod output;
+mod shots;
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use indicatif::ProgressBar;
+use meniscus_core::{Camera, Flaw, FrameErrorKind, FrameReport, FrameRequest, FrameSource, Pixels};
+use meniscus_export::ExportError;
+use meniscus_gpu::Timing;
+use meniscus_io::Series;
+use meniscus_pipeline::{PreparedFrame, Registry};
+use meniscus_prefetch::{Plan, PrefetchOptions, Prefetcher};
+use meniscus_timeline::{Moment, Sample};
+use serde_json::json;
+
+use self::look::Look;
+use self::note::Maker;
+use self::output::Output;
+use self::shots::{Shot, Shots};
+use crate::args::{Global, RenderArgs};
+use crate::failure::Failure;
+use crate::picture::{self, Studio};
+use crate::report::RenderReport;
+use crate::terminal::{Terminal, interrupt};
+use crate::trace::{Trace, TracedSource, Track};
+use crate::values::Detail;
+use crate::{input, report};
+
+pub fn run(
+    args: &RenderArgs,
+    global: &Global,
+    registry: Registry,
+    terminal: &Terminal,
+) -> Result<(), Failure> {
+    let Some(mut settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
+    if let Detail::Rate(_) = args.picture.lod {
+        return Err(Failure::Usage(format!(
+            "--lod {}: pictures of `render` do not depend on how fast they are drawn; give a fraction or auto",
+            args.picture.lod
+        )));
+    }
+    settings.post.transparent |= args.transparent;
+    let mut output = Output::parse(args, settings.transparent())?;
+    for (flag, path) in [("--report", &args.report), ("--trace", &args.trace)] {
+        path.as_deref().map_or(Ok(()), |path| picture::prepare_path(flag, path))?;
+    }
+    let trace = Arc::new(Trace::new(args.trace.is_some()));
+    let cancel = interrupt();
+    let series = Arc::new(input::open(&args.input, &cancel)?);
+    let frames = args.wanted.within(series.frame_count())?;
+    let shots = Shots::plan(args, &series, &frames, output.is_film(), &cancel)?;
+    let film_choice = output.open(args, &shots)?;
+    let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
+    let choices: Vec<_> = shots.choices.iter().cloned().chain(film_choice).collect();
+    terminal.choices(&choices);
+    terminal.flaws(&shots.flaws);
+    studio.choices.extend(choices);
+    studio.flaws.merge(&shots.flaws);
+
+    if args.report.is_some() && !studio.renderer.gpu().trusts_time_stamps() {
+        // Nothing is lost on the software drivers that this is about: they run one pass after the other anyway.
+        studio.renderer.set_timing(Timing::Isolated);
+    }
+    studio.renderer.set_counting(args.report.is_some());
+    studio.renderer.set_tracing(args.trace.is_some());
+    let look =
+        Look::open(studio.camera, args.camera_path.as_deref(), &studio.world, shots.rate, shots.range)?;
+    let quality = args.encoding.still_quality();
+    let maker = Maker::new(&studio, &args.input, args.show, output.depth(), args.supersample, quality);
+    let works = works(args, &series, &shots, &look, &maker, &mut output)?;
+    let prefetcher = prefetcher(&studio, global, &shots, &works, &trace)?;
+    let mut session = Session {
+        args,
+        report: RenderReport::new(&studio, &series),
+        studio,
+        output,
+        trace: &trace,
+        terminal,
+        bar: terminal.progress(works.len() as u64, "pictures"),
+        last: None,
+        failures: Vec::new(),
+    };
+    let mut stopped = None;
+    for work in &works {
+        if cancel.is_cancelled() {
+            stopped = Some(Stop::Interrupted);
+            break;
+        }
+        if let Err(stop) = session.picture(work, &prefetcher, works.len() == 1) {
+            stopped = Some(stop);
+            break;
+        }
+        session.bar.inc(1);
+    }
+    session.bar.finish_and_clear();
+    let Session { report, output, failures, .. } = session;
+    let ended = match stopped {
+        None => output.finish().map_err(Failure::Output),
+        Some(Stop::Failed(failure)) => return Err(failure),
+        Some(Stop::Unwritable(error)) if shots.shots.len() == 1 => Err(Failure::Output(error)),
+        Some(Stop::Interrupted) => Err(Failure::InterruptedOutput { kept: output.keep(&shots) }),
+        Some(Stop::Unwritable(error)) => Err(Failure::Unfinished { error, kept: output.keep(&shots) }),
+    };
+    if let Some(path) = &args.report {
+        report::write(path, &report)?;
+    }
+    if let Some(path) = &args.trace {
+        // Reads that nobody waits for any more end here, with their spans.
+        drop(prefetcher);
+        trace.write(path)?;
+    }
+    let written = ended?;
+    if let Some(first) = failures.first() {
+        let (failed, wanted) = (failures.len(), works.len());
+        return Err(Failure::FramesMissing { failed, wanted, first: first.clone() });
+    }
+    terminal.say(format_args!("wrote {written}"));
+    Ok(())
+}
+
+/// A picture to be made.
+struct Work {
+    shot: Shot,
+    camera: Camera,
+    note: String,
+    /// Whether it is the one before once more.
+    is_repeated: bool,
+}
+
+/// What is left to do: with `--resume`, what is not there.
+fn works(
+    args: &RenderArgs,
+    series: &Series,
+    shots: &Shots,
+    look: &Look,
+    maker: &Maker,
+    output: &mut Output,
+) -> Result<Vec<Work>, Failure> {
+    let mut works: Vec<Work> = Vec::new();
+    for shot in &shots.shots {
+        let Moment { number, sample, .. } = shot.moment;
+        let camera = look.at(&shot.moment)?;
+        let note = maker.note(&sample, &camera);
+        if args.time.resume && output.has(number, args.picture.size.0, &note, &files(series, &sample)) {
+            output.skip(number);
+            continue;
+        }
+        let is_repeated = works.last().is_some_and(|last| last.note == note);
+        works.push(Work { shot: *shot, camera, note, is_repeated });
+    }
+    Ok(works)
+}
+
+/// The files that a picture is made of.
+fn files(series: &Series, sample: &Sample) -> Vec<std::path::PathBuf> {
+    match *sample {
+        Sample::Frame(frame) => series.files(frame).to_vec(),
+        Sample::Between { before, after, .. } => [series.files(before), series.files(after)].concat(),
+    }
+}
+
+/// Reads ahead what `works` need.
+fn prefetcher(
+    studio: &Studio,
+    global: &Global,
+    shots: &Shots,
+    works: &[Work],
+    trace: &Arc<Trace>,
+) -> Result<Prefetcher<PreparedFrame>, Failure> {
+    let preparer = studio.renderer.preparer(&studio.world);
+    let threads = global.threads.map_or(PrefetchOptions::default().threads, usize::from);
+    let options = PrefetchOptions { threads, request: FrameRequest::default(), ..Default::default() };
+    let reader_trace = Arc::clone(trace);
+    let prefetcher = Prefetcher::new(
+        Arc::new(TracedSource::new(Arc::clone(&shots.source), Arc::clone(trace))),
+        move |frame| {
+            let (begin, index) = (Instant::now(), frame.index);
+            let prepared = preparer.prepare(frame);
+            reader_trace.on_this_thread("prepare", begin, json!({ "frame": index }));
+            prepared
+        },
+        PreparedFrame::bytes,
+        options,
+    )?;
+    let wanted = works.iter().filter(|work| !work.is_repeated).map(|work| work.shot.index);
+    prefetcher.set_plan(Plan::Frames(wanted.collect()));
+    Ok(prefetcher)
+}
+
+/// Why no more pictures are made.
+enum Stop {
+    Interrupted,
+    /// The output takes no more.
+    Unwritable(ExportError),
+    Failed(Failure),
+}
+
+impl<E: Into<Failure>> From<E> for Stop {
+    fn from(error: E) -> Self {
+        Self::Failed(error.into())
+    }
+}
+
+/// A run on its way.
+struct Session<'a> {
+    args: &'a RenderArgs,
+    studio: Studio,
+    output: Output,
+    report: RenderReport,
+    trace: &'a Trace,
+    terminal: &'a Terminal,
+    bar: ProgressBar,
+    /// The picture before, and what it said about itself.
+    last: Option<(Pixels, FrameReport)>,
+    failures: Vec<String>,
+}
+
+impl Session<'_> {
+    /// Makes one picture; with `is_only`, a frame that cannot be read is the end.
+    fn picture(
+        &mut self,
+        work: &Work,
+        prefetcher: &Prefetcher<PreparedFrame>,
+        is_only: bool,
+    ) -> Result<(), Stop> {
+        let number = work.shot.moment.number;
+        if work.is_repeated {
+            if let Some((_, report)) = &self.last {
+                let report = FrameReport { frame: number, time: work.shot.moment.time, ..report.clone() };
+                self.report.add(report);
+                return self.write(work);
+            }
+            return self.output.miss().map_err(Stop::Unwritable);
+        }
+        self.last = None;
+        let (begin, stalls) =
+            (Instant::now(), if self.args.trace.is_some() { prefetcher.stats().stalls } else { 0 });
+        let asked = Instant::now();
+        let taken = prefetcher.take(work.shot.index);
+        if self.args.trace.is_some() {
+            let waited = prefetcher.stats().stalls > stalls;
+            let name = if waited { "wait for the frame" } else { "take the frame" };
+            self.trace.span(Track::Drawing, name, asked, json!({ "frame": number, "ready": !waited }));
+        }
+        match taken {
+            Ok(frame) => {
+                let report = self.draw(&frame, work)?;
+                self.write(work)?;
+                self.trace.span(
+                    Track::Frames,
+                    "frame",
+                    begin,
+                    json!({ "frame": number, "time": frame.time }),
+                );
+                let known = &self.report.flaws;
+                for flaw in report.flaws.iter().filter(|flaw| !known.iter().any(|f| f == *flaw)) {
+                    self.bar.suspend(|| self.terminal.say(format_args!("note: frame {number}: {flaw}")));
+                }
+                self.report.add(report);
+                Ok(())
+            }
+            Err(error) if is_only || error.kind == FrameErrorKind::Usage => Err(error.into()),
+            Err(error) => {
+                let flaw = Flaw::FrameMissing { frame: number, reason: error.to_string() };
+                self.bar.suspend(|| self.terminal.say(format_args!("note: {flaw}")));
+                self.failures.push(error.to_string());
+                self.report.add(FrameReport {
+                    frame: number,
+                    flaws: [flaw].into_iter().collect(),
+                    ..Default::default()
+                });
+                self.output.miss().map_err(Stop::Unwritable)
+            }
+        }
+    }
+
+    fn draw(&mut self, frame: &PreparedFrame, work: &Work) -> Result<FrameReport, Failure> {
+        let begin = Instant::now();
+        let (size, factor) = (self.studio.size, self.args.supersample);
+        let (world, camera, number) = (&self.studio.world, &work.camera, work.shot.moment.number);
+        let renderer = &mut self.studio.renderer;
+        let mut picture = renderer.render(frame, world, camera, size.map(|side| side * factor))?;
+        if let Some(view) = self.args.show {
+            renderer.paint_lod(&mut picture, view, frame, world, camera)?;
+        }
+        let pixels = renderer.develop(picture.pixels, self.output.depth(), size, factor)?;
+        // A frame of a film is known by the picture's number.
+        let report = FrameReport { frame: number, ..picture.report };
+        self.trace.renderer(renderer.take_spans());
+        self.trace.span(Track::Drawing, "draw", begin, json!({ "frame": number, "stages": report.stages }));
+        self.trace.counter("frame bytes", frame.bytes());
+        self.trace.counter("GPU bytes at most", renderer.gpu().memory().peak());
+        self.last = Some((pixels, report.clone()));
+        Ok(report)
+    }
+
+    /// Writes the last picture that was drawn.
+    fn write(&mut self, work: &Work) -> Result<(), Stop> {
+        let Some((pixels, _)) = &self.last else { return Ok(()) };
+        let begin = Instant::now();
+        let number = work.shot.moment.number;
+        let with_alpha = self.studio.renderer.settings().transparent();
+        self.output
+            .push(number, self.studio.size, pixels, with_alpha, &work.note)
+            .map_err(Stop::Unwritable)?;
+        self.trace.span(Track::Drawing, "encode and write", begin, json!({ "frame": number }));
+        Ok(())
+    }
+}

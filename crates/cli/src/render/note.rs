@@ -1,0 +1,50 @@
+//! What a picture says about how it was made, by which `--resume` knows it again.
+
+use meniscus_core::{Camera, PixelDepth};
+use meniscus_pipeline::LodView;
+use meniscus_timeline::Sample;
+
+use crate::args::InputArgs;
+use crate::picture::Studio;
+
+/// What is the same for all pictures of a run.
+pub struct Maker {
+    hash: u64,
+}
+
+impl Maker {
+    /// Everything that the pixels depend on, besides the particles, the moment and the camera.
+    pub fn new(
+        studio: &Studio,
+        input: &InputArgs,
+        show: Option<LodView>,
+        depth: PixelDepth,
+        supersampling: u32,
+        quality: u8,
+    ) -> Self {
+        let renderer = &studio.renderer;
+        let InputArgs { sets, where_expr, every, region, keep_ghosts, .. } = input;
+        let text = format!(
+            "{:?} {} {:?} {:?} {supersampling} {depth:?} {quality} {show:?} {sets:?} {where_expr:?} {every:?} {region:?} \
+             {keep_ghosts}",
+            renderer.gpu().summary(),
+            renderer.settings().effective(renderer.registry()),
+            studio.world,
+            studio.size,
+        );
+        Self { hash: hash(&text) }
+    }
+
+    /// The note of one picture: the program's version and a number.
+    pub fn note(&self, sample: &Sample, camera: &Camera) -> String {
+        let hash = hash(&format!("{} {sample:?} {camera:?}", self.hash));
+        format!("{} {hash:016x}", env!("CARGO_PKG_VERSION"))
+    }
+}
+
+/// FNV-1a, which is the same in every build.
+fn hash(text: &str) -> u64 {
+    text.bytes().fold(0xcbf2_9ce4_8422_2325, |hash, byte| {
+        (hash ^ u64::from(byte)).wrapping_mul(0x0000_0100_0000_01b3)
+    })
+}
