@@ -47,7 +47,7 @@ pub struct SlowSource {
 }
 
 /// How long a cancelled read still waits, at most; what a real one takes for a block.
-const BLOCK_TIME: Duration = Duration::from_millis(5);
+const BLOCK_TIME: Duration = Duration::from_millis(20);
 
 impl SlowSource {
     pub fn new(

@@ -309,7 +309,8 @@ impl Player<'_> {
             if known && (ready >= readers || reading == 0) || self.cancel.is_cancelled() {
                 return;
             }
-            thread::sleep(Duration::from_millis(1));
+            // Not so often that asking costs time that counts.
+            thread::sleep(Duration::from_millis(10));
         }
     }
 
@@ -323,8 +324,9 @@ impl Player<'_> {
     }
 }
 
-/// Pictures over which the time of drawing is averaged for a medium that follows it.
-const RECENT_PICTURES: usize = 4;
+/// Pictures over which the time of drawing is averaged for a medium that follows it: of fewer, one that another program delayed
+/// would make the medium slow for pictures that are not.
+const RECENT_PICTURES: usize = 16;
 
 /// When pictures are due.
 struct Clock {
