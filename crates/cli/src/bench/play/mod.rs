@@ -421,9 +421,10 @@ fn report(
     }
 }
 
-/// Memory of the process that is in RAM; `None` where the system does not tell.
+/// Memory of the process that is in RAM, without pages of mapped files, which the system takes back when it needs them; `None`
+/// where it does not tell.
 fn resident_bytes() -> Option<u64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
-    let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:"))?;
+    let line = status.lines().find_map(|line| line.strip_prefix("RssAnon:"))?;
     line.trim().strip_suffix("kB")?.trim().parse::<u64>().ok().map(|kib| kib * 1024)
 }

@@ -92,7 +92,7 @@ pub struct MemoryReport {
     pub peak_held_bytes: u64,
     /// By how much the ready ones have exceeded the budget of their time, at most.
     pub peak_over_budget_bytes: u64,
-    /// Of the process before playing, and at most while playing, seen once per picture.
+    /// Of the process, without pages of mapped files, before playing, and at most while playing, seen once per picture.
     pub resident_before_bytes: Option<u64>,
     pub resident_peak_bytes: Option<u64>,
     /// Buffers and textures, at most.
