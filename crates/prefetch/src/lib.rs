@@ -14,6 +14,7 @@
 //! The order of reading is the order of showing: nearest deadline first. Memory is a share of what the system has free
 //! plus what is held here, asked again while running.
 
+mod allocator;
 mod budget;
 mod coordinator;
 mod error;

@@ -11,7 +11,7 @@ use crate::policy::Rules;
 use crate::reader::Reader;
 use crate::{
     FrameRecord, FrameState, MemoryLimit, MemoryProbe, Plan, PrefetchError, PrefetchStats, SystemMemory,
-    watch,
+    allocator, watch,
 };
 
 /// How frames are prefetched.
@@ -81,6 +81,7 @@ impl<P: Send + 'static> Prefetcher<P> {
         memory: Box<dyn MemoryProbe>,
     ) -> Result<Self, PrefetchError> {
         options.memory.validate()?;
+        allocator::give_frames_back();
         let count = source.frame_count();
         let source_bytes = (0..count).map(|frame| source.estimated_bytes(frame)).collect();
         let readers = options.threads.max(1);
