@@ -42,6 +42,7 @@ pub fn run(registry: Registry) -> ExitCode {
     let filter = tracing_subscriber::EnvFilter::try_from_default_env().unwrap_or_else(|_| level.into());
     tracing_subscriber::fmt().with_env_filter(filter).with_writer(std::io::stderr).without_time().init();
     guard_maps();
+    meniscus_huge_pages::give_back();
     #[cfg(unix)]
     allow_open_files();
     if let Some(threads) = cli.global.threads

@@ -6,6 +6,8 @@
 //!
 //!     #[global_allocator]
 //!     static ALLOCATOR: meniscus_huge_pages::HugePages = meniscus_huge_pages::HugePages;
+//!
+//! and by calling [`give_back`].
 
 use std::alloc::{GlobalAlloc, Layout, System};
 
@@ -38,6 +40,20 @@ unsafe impl GlobalAlloc for HugePages {
         // SAFETY: as above.
         unsafe { System.dealloc(pointer, layout) }
     }
+}
+
+/// Sees to it, for the rest of the process' life, that large blocks go back to the system when they are freed. glibc else
+/// learns from the first freed frames to keep blocks of up to 32 MiB in its heaps, where they stay: a player then was measured to
+/// hold a third more than its budget instead of a hundredth. Allocators other than glibc's do so by themselves.
+pub fn give_back() {
+    /// Blocks from here on are mapped on their own, bytes: far below the arrays of a frame, far above what is allocated often.
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    const MAPPED: libc::c_int = 1 << 20;
+    // SAFETY: `mallopt` takes plain numbers and may be called at any time; a parameter it does not know changes nothing.
+    #[cfg(all(target_os = "linux", target_env = "gnu"))]
+    unsafe {
+        libc::mallopt(libc::M_MMAP_THRESHOLD, MAPPED)
+    };
 }
 
 /// `pointer`, after asking for huge pages for the whole pages of the `size` bytes there.
