@@ -151,4 +151,45 @@ mod tests {
             assert!((view.distance(Vec3::ZERO) - 5.0).abs() < 1e-6);
         }
     }
+
+    #[test]
+    fn a_silhouette_holds_all_spheres_of_its_box() {
+        let (radius, size) = (0.3, [640u32, 480]);
+        for projection in
+            [Projection::Perspective { fovy_rad: 1.0 }, Projection::Orthographic { height_world: 6.0 }]
+        {
+            let camera = Camera {
+                eye: Vec3::new(4.0, -3.0, 2.0),
+                target: Vec3::ZERO,
+                up: Vec3::Z,
+                projection,
+                near: 0.01,
+            };
+            let view = View::new(&camera, size);
+            let half = camera.half_extent(size);
+            for center in [Vec3::ZERO, Vec3::new(0.7, 0.4, -0.5), Vec3::new(-0.6, 1.0, 0.3)] {
+                let bounds = Aabb { min: center - 0.2, max: center + 0.1 };
+                let found = view.silhouette(&bounds, radius).expect("in front of the eye");
+                for corner in bounds.corners() {
+                    for direction in 0..400 {
+                        // Even over the sphere (Fibonacci).
+                        let z = 1.0 - (direction as f32 + 0.5) / 200.0;
+                        let angle = direction as f32 * 2.399_963;
+                        let outward =
+                            (Vec3::new(angle.cos(), angle.sin(), 0.0) * (1.0 - z * z).sqrt()).with_z(z);
+                        let seen = view.view_from_world.transform_point3(corner + radius * outward);
+                        assert!(found.front <= -seen.z, "{} in front of {}", -seen.z, found.front);
+                        let distance = if camera.is_orthographic() { 1.0 } else { -seen.z };
+                        let plane = seen.truncate() / (half * distance);
+                        let px = (plane * Vec2::new(0.5, -0.5) + 0.5) * Vec2::new(640.0, 480.0);
+                        let tile = (px / Occludee::TILE_PX as f32).floor();
+                        for axis in 0..2 {
+                            let range = found.first_tile[axis] as f32..=found.last_tile[axis] as f32;
+                            assert!(range.contains(&tile[axis]), "{tile} not in {range:?}");
+                        }
+                    }
+                }
+            }
+        }
+    }
 }

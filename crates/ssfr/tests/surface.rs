@@ -5,7 +5,7 @@ mod common;
 use common::{Frame, Scene, gpu, is_fluid, parallel, params, perspective};
 use glam::{DVec2, Vec3};
 use meniscus_cases::lattice;
-use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle};
+use meniscus_gpu::role::{KeptRange, NO_SURFACE, Occludee, PackedParticle};
 use meniscus_ssfr::twin;
 
 /// `algorithms.md` 14.1.
@@ -94,6 +94,34 @@ fn depth_and_radius_agree_with_their_twin() {
             let expected = twin::depth(&scene.view(), &[scene.host_set()], &scene.scene_distance);
             assert_same_surface(&frame, &expected, radius);
         }
+    }
+}
+
+/// Only what is hidden for sure may be left out: spheres whose centres lie within a wall of others, and which bulge out of it.
+#[test]
+fn tested_spheres_show_where_they_bulge_out_of_those_drawn_first() {
+    let gpu = gpu();
+    let wall = lattice::cuboid([-1.0, -0.8, -4.0], [20, 16, 1], 0.1, 0.0, 1).positions;
+    let between = wall.iter().map(|p| p.map(|c| c + 0.05));
+    let positions: Vec<[f32; 3]> = wall.iter().copied().chain(between).collect();
+    for camera in [perspective(0.0, 0.4), parallel(0.0, 1.4)] {
+        let at_once = Scene::new(camera, [160, 120], &positions, 0.12, 0.1);
+        let count = wall.len() as u32;
+        let first = KeptRange { first: 0, count, keep: KeptRange::KEEP_ALL, flags: 0 };
+        let tested = Occludee {
+            range: KeptRange { first: count, ..first },
+            front: 0.0,
+            first_tile: 0,
+            last_tile: 19 | 14 << 16,
+            pad: 0,
+        };
+        let walls_alone = Scene { ranges: vec![first], ..at_once.clone() };
+        let in_two_waves = Scene { occludees: vec![tested], ..walls_alone.clone() };
+        let params = params("none", 1, 0.0);
+        let [expected, wall, found] =
+            [&at_once, &walls_alone, &in_two_waves].map(|scene| scene.render(&gpu, &params).unfiltered);
+        assert_ne!(wall, expected, "the others must show");
+        assert_eq!(found, expected, "{camera:?}");
     }
 }
 
