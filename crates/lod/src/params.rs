@@ -37,7 +37,7 @@ pub enum Mode {
     /// The kept fraction that the user gives.
     #[default]
     Threshold,
-    /// The errors that the user tolerates: as coarse as invisible.
+    /// The errors that the user tolerates; the defaults are meant not to be seen.
     ErrorBound,
 }
 
@@ -52,11 +52,11 @@ pub struct LodParams {
     pub threshold: f32,
     /// How detail is spread over the picture.
     pub policy: Policy,
-    /// How far the surface may move, pixels, >= 0.
+    /// How far the surface may move, pixels, >= 0. Ripples that stand-ins cause in the thickness may be eight of these long.
     #[schemars(range(min = 0.0))]
     pub error_px: f32,
-    /// How much the colour may change for what stand-ins do to the thickness, 0..=1 of the display's range. Also holds below
-    /// threshold 1.
+    /// How much the colour may change for what stand-ins do to the thickness, 0..=1 of the display's range: an estimate, no
+    /// bound; at shores of distant water single pixels differ by some ten times the default. Also holds below threshold 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub error_color: f32,
     /// Distance from the eye along the view axis beyond which chunks are left out, world units, > 0; none: no limit.
