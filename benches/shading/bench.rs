@@ -8,7 +8,7 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use meniscus_core::{Aabb, UpAxis};
 use meniscus_gpu::role::{
-    EyeDistance, Radiance, SceneColor, SceneDepth, SceneDistance, Thickness, ViewNormal,
+    EyeDistance, Radiance, SceneColor, SceneDepth, SceneDistance, SurfaceColor, Thickness, ViewNormal,
 };
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
 use meniscus_scene::Scene;
@@ -28,6 +28,7 @@ struct Studio {
     distance: Image<EyeDistance>,
     thickness: Image<Thickness>,
     normal: Image<ViewNormal>,
+    surface_color: Image<SurfaceColor>,
     shadow: WaterShadow,
     sun_path: Image<SunPath>,
     radiance: Image<Radiance>,
@@ -52,6 +53,7 @@ impl Studio {
             distance: Image::from_pixels(gpu, size, &pool.distance).expect(image),
             thickness: Image::from_pixels(gpu, size, &pool.thickness).expect(image),
             normal: Image::from_pixels(gpu, size, &pool.normal).expect(image),
+            surface_color: Image::new(gpu, [1, 1]).expect(image),
             shadow: WaterShadow::new(gpu).expect("the shadow pass"),
             sun_path: Image::new(gpu, WaterShadow::size_blocks(size)).expect(image),
             radiance: Image::new(gpu, size).expect(image),
@@ -102,6 +104,7 @@ impl Studio {
             distance: &self.distance,
             thickness: &self.thickness,
             normal: &self.normal,
+            surface_color: &self.surface_color,
             scene_color: &self.scene_color,
             scene_distance: &self.scene_distance,
             sun_path: &self.sun_path,

@@ -380,6 +380,7 @@ impl Renderer {
             distance: &images.surface.distance,
             thickness: &images.surface.thickness,
             normal: &images.surface.normal,
+            surface_color: &images.surface_color,
             scene_color: &images.scene_color,
             scene_distance: &images.scene_distance,
             sun_path: &images.sun_path,

@@ -1,4 +1,6 @@
-use meniscus_gpu::role::{EyeDistance, Radiance, SceneColor, SceneDistance, Thickness, ViewNormal};
+use meniscus_gpu::role::{
+    EyeDistance, Radiance, SceneColor, SceneDistance, SurfaceColor, Thickness, ViewNormal,
+};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
@@ -18,7 +20,7 @@ pub struct WaterScale {
     pub metres_per_world: f32,
 }
 
-/// What a lighting model reads. All images but `sun_path` have the camera's size.
+/// What a lighting model reads. All images but `sun_path` and an empty `surface_color` have the camera's size.
 #[derive(Clone, Copy, Debug)]
 pub struct LightingInputs<'a> {
     /// The camera that everything was drawn with.
@@ -33,6 +35,9 @@ pub struct LightingInputs<'a> {
     pub thickness: &'a Image<Thickness>,
     /// Normals of the smoothed surface.
     pub normal: &'a Image<ViewNormal>,
+    /// Colour that an attribute gives the water; a single pixel of alpha 0 where nothing is coloured, so that shaders read
+    /// `surface_colors[min(index, arrayLength(&surface_colors) - 1u)]`.
+    pub surface_color: &'a Image<SurfaceColor>,
     /// The opaque scene; alpha 0 where there is only sky.
     pub scene_color: &'a Texture<SceneColor>,
     /// Its distance.

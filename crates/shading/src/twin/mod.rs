@@ -30,12 +30,21 @@ pub struct TwinInput<'a> {
     pub thickness: &'a [f32],
     /// Octahedral view-space normals.
     pub normal: &'a [u32],
+    /// Colour that an attribute gives the water, or a single pixel of alpha 0 ([`Self::surface_color_at`]).
+    pub surface_color: &'a [[f32; 4]],
     /// The opaque scene, linear radiance, as it is stored (rounded to half precision).
     pub scene_color: &'a [[f32; 4]],
     /// Distance of the opaque scene along the view axis; `f32::MAX` = sky.
     pub scene_distance: &'a [f32],
     /// Length of water between scene and sun per block of pixels, e.g. by [`water_shadow()`].
     pub sun_path: &'a [f32],
+}
+
+impl TwinInput<'_> {
+    /// Colour that an attribute gives the water in a pixel; alpha 0 for none.
+    pub fn surface_color_at(&self, index: usize) -> [f32; 4] {
+        self.surface_color.get(index).or(self.surface_color.last()).copied().unwrap_or_default()
+    }
 }
 
 /// WGSL's `mix` for vectors with one factor.

@@ -31,6 +31,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         distance: &water,
         thickness: &thickness,
         normal: &normal,
+        surface_color: &Image::new(&gpu, [1, 1]).unwrap(),
         scene_color: &color,
         scene_distance: &distance,
         sun_path: &sun_path,
