@@ -328,7 +328,7 @@ pub struct RenderArgs {
 
     /// Show what level of detail decided instead: lod-kept, lod-chunks, lod-levels on the water, or lod-culled, a map of what
     /// was drawn (green), tested (blue) and left out (red: outside, violet: too near, grey: too far).
-    #[arg(long, value_name = "VIEW")]
+    #[arg(long, value_name = "VIEW", conflicts_with = "motion_blur")]
     pub show: Option<LodView>,
 
     /// Write a JSON report: adapter, milliseconds per stage, work done, automatic choices, flaws.

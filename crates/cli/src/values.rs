@@ -16,6 +16,14 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// The share of the time between two pictures that a shutter is open for.
+pub fn shutter(text: &str) -> Result<f64, String> {
+    match text.parse::<f64>() {
+        Ok(value) if value > 0.0 && value <= 1.0 => Ok(value),
+        _ => Err("expected a number above 0, at most 1".into()),
+    }
+}
+
 /// 8 or 16.
 pub fn bits(text: &str) -> Result<u8, String> {
     match text {

@@ -26,6 +26,14 @@ macro_rules! work_counters {
                 [$((stringify!($name), $unit, self.$name)),+].into_iter()
             }
 
+            /// The work of two frames together; of memory in use, the most.
+            #[must_use]
+            pub fn plus(&self, other: &Self) -> Self {
+                let sum = |a: Option<u64>, b: Option<u64>| a.zip(b).map(|(a, b)| a.saturating_add(b));
+                let gpu_bytes_live = self.gpu_bytes_live.max(other.gpu_bytes_live);
+                Self { gpu_bytes_live, ..Self { $($name: sum(self.$name, other.$name)),+ } }
+            }
+
             /// Sets the counter `name`; `false` where there is none of that name.
             pub fn set(&mut self, name: &str, value: u64) -> bool {
                 match name {
@@ -113,5 +121,13 @@ mod tests {
         assert!(!counters.set("filter_tap", 7));
         let measured: Vec<_> = counters.iter().filter_map(|(name, _, value)| Some((name, value?))).collect();
         assert_eq!(measured, [("chunks", 0), ("filter_taps", 7)]);
+    }
+
+    #[test]
+    fn work_adds_up_and_memory_does_not() {
+        let one = WorkCounters { chunks: Some(2), gpu_bytes_live: Some(5), ..Default::default() };
+        let other = WorkCounters { chunks: Some(3), gpu_bytes_live: Some(4), stand_ins: Some(1), ..one };
+        let both = one.plus(&other);
+        assert_eq!((both.chunks, both.gpu_bytes_live, both.stand_ins), (Some(5), Some(5), None));
     }
 }

@@ -54,6 +54,11 @@ pub enum Flaw {
         /// What to do.
         advice: String,
     },
+    /// Motion blur was asked for, but it is not known where particles are between frames.
+    MotionNotBlurred {
+        /// Why.
+        reason: String,
+    },
     /// Velocities of the file do not carry particles from frame to frame, so that they move in straight lines between frames.
     VelocitiesUnused,
     /// More than one particle in a hundred is in one of two frames only, or far from where it moves to, and comes or goes halfway.
@@ -94,6 +99,7 @@ impl fmt::Display for Flaw {
                 f,
                 "{pictures} of {of} pictures show the nearest frame of the data, up to {at_most:.4} s from their time; {advice}"
             ),
+            Self::MotionNotBlurred { reason } => write!(f, "there is no motion blur: {reason}"),
             Self::VelocitiesUnused => f.write_str(
                 "the velocities do not carry particles from frame to frame; particles move in straight lines between frames. \
                  Check the times of the series (--dt)",

@@ -157,6 +157,18 @@ impl<R: Role> Image<R> {
         Ok(Self { buffer: Buffer::from_slice(gpu, pixels)?, size })
     }
 
+    /// Replaces all pixels.
+    ///
+    /// # Errors
+    /// As [`Buffer::write`].
+    ///
+    /// # Panics
+    /// If `pixels` is not `width * height` long.
+    pub fn write(&mut self, gpu: &Gpu, pixels: &[R::Element]) -> Result<(), GpuError> {
+        assert_eq!(pixels.len(), self.buffer.len(), "pixels of a {:?} image", self.size);
+        self.buffer.write(gpu, pixels)
+    }
+
     /// `[width, height]` in pixels.
     pub fn size(&self) -> [u32; 2] {
         self.size

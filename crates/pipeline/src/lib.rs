@@ -9,6 +9,7 @@
 mod counters;
 mod develop;
 mod error;
+mod exposure;
 mod identity;
 mod images;
 mod lod_view;
@@ -21,6 +22,7 @@ mod settings;
 mod world;
 
 pub use error::PipelineError;
+pub use exposure::Exposure;
 pub use lod_view::LodView;
 pub use meniscus_lod::{LodParams, Mode as LodMode, Policy as LodPolicy, RateGovernor, Refinement};
 pub use meniscus_shading::ShadingError;

@@ -298,6 +298,22 @@ impl Renderer {
         self.images.as_ref().expect("a frame was drawn before its images are asked for")
     }
 
+    /// Puts `radiance` in place of what was drawn last; its display pixels.
+    ///
+    /// # Panics
+    /// Before the first frame, or if `radiance` is of another size.
+    pub(crate) fn recompose(&mut self, radiance: &[[f32; 4]]) -> Result<Vec<u32>, PipelineError> {
+        let images = self.images.as_mut().expect("a frame was drawn before it is composed again");
+        images.radiance.write(&self.gpu, radiance)?;
+        let post = &self.settings.post;
+        self.compositor.record(&self.gpu, &mut self.recorder, post, &images.radiance, &images.display);
+        let _ = self.recorder.submit(&self.gpu)?;
+        let pixels = images.display.read(&self.gpu)?;
+        // What composing again costs is a part of no frame.
+        let _ = self.recorder.take_costs(&self.gpu);
+        Ok(pixels)
+    }
+
     /// The passes of a frame, in order.
     fn record(
         &mut self,

@@ -9,4 +9,4 @@ mod timeline;
 
 pub use between::{Motion, between};
 pub use source::Resampled;
-pub use timeline::{Moment, Sample, Sampling, Timeline, TimelineError, usual_step};
+pub use timeline::{Moment, Sample, Sampling, Shutter, Timeline, TimelineError, usual_step};

@@ -137,6 +137,33 @@ impl Timeline {
     }
 }
 
+/// How long a picture is exposed.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Shutter {
+    /// How long it is open, in the time of the simulation, centred on the picture's moment; > 0.
+    pub open: f64,
+    /// How many moments, evenly spread over that time, make the picture; at least 1.
+    pub samples: u32,
+}
+
+impl Shutter {
+    /// The moments that a picture at `time` is the mean of. Before the first and after the last of `frames`, which are `(index,
+    /// time)` in rising order, nothing moves.
+    ///
+    /// # Panics
+    /// Without any frame.
+    pub fn moments(&self, number: usize, time: f64, frames: &[(usize, f64)]) -> Vec<Moment> {
+        let count = self.samples.max(1);
+        let moment = |i: u32| {
+            let at = time + self.open * ((f64::from(i) + 0.5) / f64::from(count) - 0.5);
+            let same = self.open / f64::from(count) * SAME;
+            let (sample, off_by) = sample(frames, at, same, Sampling::Interpolated);
+            Moment { number, time: Some(at), sample, off_by }
+        };
+        (0..count).map(moment).collect()
+    }
+}
+
 /// What is shown at `time`, and how far that is from it. `frames` is not empty.
 fn sample(frames: &[(usize, f64)], time: f64, same: f64, sampling: Sampling) -> (Sample, f64) {
     let next = frames.partition_point(|(_, at)| *at <= time);
@@ -237,6 +264,23 @@ mod tests {
         let mut all: Vec<Moment> = shards.iter().flat_map(|shard| shard.moments().iter().copied()).collect();
         all.sort_by_key(|moment| moment.number);
         assert_eq!(all, timeline.moments());
+    }
+
+    #[test]
+    fn a_shutter_is_open_evenly_around_the_picture() {
+        let frames = [(4, 0.0), (5, 1.0), (6, 2.0)];
+        let shutter = Shutter { open: 0.5, samples: 4 };
+        let moments = shutter.moments(9, 1.0, &frames);
+        let times: Vec<f64> = moments.iter().filter_map(|moment| moment.time).collect();
+        assert_eq!(times, [0.8125, 0.9375, 1.0625, 1.1875]);
+        assert_eq!(moments[0].sample, Sample::Between { before: 4, after: 5, share: 0.8125 });
+        assert_eq!(moments[3].sample, Sample::Between { before: 5, after: 6, share: 0.1875 });
+        assert!(moments.iter().all(|moment| moment.number == 9 && moment.off_by == 0.0));
+        // An odd number looks at the picture's own moment.
+        assert_eq!(Shutter { samples: 3, ..shutter }.moments(9, 1.0, &frames)[1].sample, Sample::Frame(5));
+        // Nothing is known outside of the series.
+        assert_eq!(shutter.moments(9, 0.0, &frames)[0].sample, Sample::Frame(4));
+        assert_eq!(shutter.moments(9, 2.0, &frames)[3].sample, Sample::Frame(6));
     }
 
     #[test]

@@ -149,6 +149,64 @@ fn without_ids_frames_are_held_and_said_to_be() {
     assert!(held.stderr.contains("the files have no ids"), "{held:#?}");
 }
 
+/// Sum of coverage in pixels, its mean column, and how many pixels are covered in part.
+fn coverage(program: &Program, name: &str) -> (f64, f64, usize) {
+    let pixels = Pixels::read(&program.path(name));
+    let alpha = || pixels.rgba.iter().map(|p| f64::from(p[3]) / 255.0);
+    let sum: f64 = alpha().sum();
+    let moment: f64 = alpha().enumerate().map(|(i, a)| a * (i as u32 % pixels.size[0]) as f64).sum();
+    (sum, moment / sum, alpha().filter(|a| (0.02..0.98).contains(a)).count())
+}
+
+#[test]
+fn what_moves_is_blurred_and_a_camera_that_goes_along_keeps_it_sharp() {
+    let program = program();
+    moving_block(&program, &[0.0, 0.1, 0.2, 0.3, 0.7, 1.1, 1.5], true);
+    let spheres = SPHERES.replace("id>=0", "'id >= 0'");
+    // A picture every half unit of time, in which the block moves by half a unit, fifteen pixels.
+    let flags = format!("render block.pvd {spheres} --fps 2 --speed 1");
+    program.run(&format!("{flags} --interpolate -o sharp_%d.png")).ok();
+    program.run(&format!("{flags} --motion-blur 1 --blur-samples 12 -o blur_%d.png")).ok();
+    program.run(&format!("{flags} --motion-blur 0.25 --blur-samples 4 -o little_%d.png")).ok();
+    let [sharp, blurred, little] =
+        ["sharp", "blur", "little"].map(|name| coverage(&program, &format!("{name}_1.png")));
+    for (found, name) in [(blurred, "blurred"), (little, "little")] {
+        // As much as the sharp picture shows, around the same place. Of some 25 columns, the last is covered or not at once.
+        assert!((found.0 / sharp.0 - 1.0).abs() < 0.04, "{name}: {found:?}, sharp {sharp:?}");
+        assert!((found.1 - sharp.1).abs() < 0.5, "{name}: {found:?}, sharp {sharp:?}");
+    }
+    // Fifteen columns at each end, some twenty rows high; a quarter of that.
+    assert!(blurred.2 > 450 && (60..300).contains(&little.2), "{blurred:?}, {little:?}, {sharp:?}");
+
+    program.write(
+        "along.toml",
+        "clock = \"film\"\ncurve = \"linear\"\n[[key]]\nat = 0\neye = [0.35, -9, 0.35]\ntarget = [0.35, 0, 0.35]\nup = [0, 0, 1]\nfovy_deg = 25\n\
+         [[key]]\nat = 2\neye = [2.35, -9, 0.35]\ntarget = [2.35, 0, 0.35]\nup = [0, 0, 1]\nfovy_deg = 25\n",
+    );
+    let from = flags.find("--camera").expect("a camera");
+    let to = from + flags[from..].find(" --size").expect("a size");
+    let along =
+        format!("{}--camera-path along.toml{} --fps 2", &flags[..from], &flags[to..].replace("--fps 2", ""));
+    program.run(&format!("{along} --interpolate -o still_%d.png")).ok();
+    program.run(&format!("{along} --motion-blur 1 --blur-samples 4 -o along_%d.png")).ok();
+    let [still, along] = ["still_1.png", "along_1.png"].map(|name| coverage(&program, name));
+    // Positions are rounded to f32, elsewhere in every part: single pixels of edges differ.
+    assert!((along.0 / still.0 - 1.0).abs() < 0.01 && along.2 < still.2 + 20, "{along:?}, {still:?}");
+}
+
+#[test]
+fn motion_that_is_not_known_is_not_blurred_and_said_not_to_be() {
+    let program = program();
+    moving_block(&program, &[0.0, 0.1, 0.4], false);
+    let render = "render block.pvd --spacing 0.1 --size 64x48 -o o_%02d.png --motion-blur 0.5";
+    assert!(program.run(render).ok().stderr.contains("no motion blur: the files have no ids"));
+    let render = "render f_0.vtk --spacing 0.1 --size 64x48 -o o.png --motion-blur 0.5";
+    assert!(program.run(render).ok().stderr.contains("there is one frame only"));
+    assert!(
+        program.run("render block.pvd -o o.png --motion-blur 1.5").expect(2).stderr.contains("at most 1")
+    );
+}
+
 /// Whatever is drawn elsewhere is what is drawn here, and so is the film of it.
 #[test]
 fn three_shards_are_the_single_run_bit_for_bit() {

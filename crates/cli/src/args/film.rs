@@ -85,6 +85,15 @@ pub struct TimeArgs {
     #[arg(long)]
     pub interpolate: bool,
 
+    /// Blur what moves, as a shutter does that is open for this share of the time between two pictures (0.5 is that of film
+    /// cameras): the mean light of --blur-samples moments, with particles and camera on their way as with --interpolate.
+    #[arg(long, value_name = "0..1", allow_negative_numbers = true, value_parser = crate::values::shutter)]
+    pub motion_blur: Option<f64>,
+
+    /// Moments per picture of --motion-blur, each of them drawn.
+    #[arg(long, value_name = "N", default_value_t = 8, requires = "motion_blur", value_parser = clap::value_parser!(u32).range(2..=256))]
+    pub blur_samples: u32,
+
     /// Draw the i-th of n shares of the pictures, from 1: every n-th picture. Put together by `meniscus join`.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,

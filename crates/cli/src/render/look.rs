@@ -7,8 +7,8 @@ use meniscus_core::{Camera, UpAxis};
 use meniscus_export::FrameRate;
 use meniscus_pipeline::World;
 use meniscus_scene::{CameraPath, Clock};
-use meniscus_timeline::Moment;
 
+use super::shots::Part;
 use crate::failure::Failure;
 
 /// One camera for all pictures, or one on its way.
@@ -51,17 +51,18 @@ impl Look {
         })))
     }
 
-    /// The camera of a picture.
-    pub fn at(&self, moment: &Moment) -> Result<Camera, Failure> {
+    /// The camera of `part` of a picture.
+    pub fn at(&self, part: &Part) -> Result<Camera, Failure> {
+        let moment = &part.moment;
         let moving = match self {
             Self::Still(camera) => return Ok(*camera),
             Self::Moving(moving) => moving,
         };
         let [first, last] = moving.range;
-        let since = moment.number - first;
+        let since = (moment.number - first) as f64 + part.later;
         let at = match moving.path.clock {
-            Clock::Film => moving.rate.seconds(since as u64),
-            Clock::Share => since as f64 / (last - first).max(1) as f64,
+            Clock::Film => since * moving.rate.seconds(1),
+            Clock::Share => since / (last - first).max(1) as f64,
             Clock::Data => moment.time.ok_or_else(|| {
                 Failure::Usage(
                     "--camera-path: its clock is \"data\", but the series states no times; give --dt".into(),

@@ -9,19 +9,21 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use meniscus_core::{Camera, Flaw, FrameErrorKind, FrameReport, FrameRequest, FrameSource, Pixels};
+use meniscus_core::{
+    Camera, Flaw, FrameError, FrameErrorKind, FrameReport, FrameRequest, FrameSource, Pixels,
+};
 use meniscus_export::ExportError;
 use meniscus_gpu::Timing;
 use meniscus_io::Series;
-use meniscus_pipeline::{PreparedFrame, Registry};
+use meniscus_pipeline::{Exposure, Picture, PreparedFrame, Registry};
 use meniscus_prefetch::{Plan, PrefetchOptions, Prefetcher};
-use meniscus_timeline::{Moment, Sample};
+use meniscus_timeline::Sample;
 use serde_json::json;
 
 use self::look::Look;
 use self::note::Maker;
 use self::output::Output;
-use self::shots::{Shot, Shots};
+use self::shots::{Part, Shot, Shots};
 use crate::args::{Global, RenderArgs};
 use crate::failure::Failure;
 use crate::picture::{self, Studio};
@@ -124,34 +126,40 @@ pub fn run(
 }
 
 /// A picture to be made.
-struct Work {
-    shot: Shot,
-    camera: Camera,
+struct Work<'a> {
+    shot: &'a Shot,
+    /// One per part.
+    cameras: Vec<Camera>,
     note: String,
     /// Whether it is the one before once more.
     is_repeated: bool,
 }
 
 /// What is left to do: with `--resume`, what is not there.
-fn works(
+fn works<'a>(
     args: &RenderArgs,
     series: &Series,
-    shots: &Shots,
+    shots: &'a Shots,
     look: &Look,
     maker: &Maker,
     output: &mut Output,
-) -> Result<Vec<Work>, Failure> {
-    let mut works: Vec<Work> = Vec::new();
+) -> Result<Vec<Work<'a>>, Failure> {
+    let mut works: Vec<Work<'a>> = Vec::new();
     for shot in &shots.shots {
-        let Moment { number, sample, .. } = shot.moment;
-        let camera = look.at(&shot.moment)?;
-        let note = maker.note(&sample, &camera);
-        if args.time.resume && output.has(number, args.picture.size.0, &note, &files(series, &sample)) {
-            output.skip(number);
-            continue;
+        let number = shot.moment.number;
+        let cameras = shot.parts.iter().map(|part| look.at(part)).collect::<Result<Vec<_>, _>>()?;
+        let samples = || shot.parts.iter().map(|part| part.moment.sample);
+        let parts: Vec<_> = samples().zip(cameras.iter().copied()).collect();
+        let note = maker.note(&parts);
+        if args.time.resume {
+            let files: Vec<_> = samples().flat_map(|sample| files(series, &sample)).collect();
+            if output.has(number, args.picture.size.0, &note, &files) {
+                output.skip(number);
+                continue;
+            }
         }
         let is_repeated = works.last().is_some_and(|last| last.note == note);
-        works.push(Work { shot: *shot, camera, note, is_repeated });
+        works.push(Work { shot, cameras, note, is_repeated });
     }
     Ok(works)
 }
@@ -169,7 +177,7 @@ fn prefetcher(
     studio: &Studio,
     global: &Global,
     shots: &Shots,
-    works: &[Work],
+    works: &[Work<'_>],
     trace: &Arc<Trace>,
 ) -> Result<Prefetcher<PreparedFrame>, Failure> {
     let preparer = studio.renderer.preparer(&studio.world);
@@ -187,7 +195,8 @@ fn prefetcher(
         PreparedFrame::bytes,
         options,
     )?;
-    let wanted = works.iter().filter(|work| !work.is_repeated).map(|work| work.shot.index);
+    let wanted = works.iter().filter(|work| !work.is_repeated);
+    let wanted = wanted.flat_map(|work| work.shot.parts.iter().map(|part| part.index));
     prefetcher.set_plan(Plan::Frames(wanted.collect()));
     Ok(prefetcher)
 }
@@ -224,39 +233,26 @@ impl Session<'_> {
     /// Makes one picture; with `is_only`, a frame that cannot be read is the end.
     fn picture(
         &mut self,
-        work: &Work,
+        work: &Work<'_>,
         prefetcher: &Prefetcher<PreparedFrame>,
         is_only: bool,
     ) -> Result<(), Stop> {
-        let number = work.shot.moment.number;
+        let (number, time) = (work.shot.moment.number, work.shot.moment.time);
         if work.is_repeated {
             if let Some((_, report)) = &self.last {
-                let report = FrameReport { frame: number, time: work.shot.moment.time, ..report.clone() };
+                let report = FrameReport { frame: number, time, ..report.clone() };
                 self.report.add(report);
                 return self.write(work);
             }
             return self.output.miss().map_err(Stop::Unwritable);
         }
         self.last = None;
-        let (begin, stalls) =
-            (Instant::now(), if self.args.trace.is_some() { prefetcher.stats().stalls } else { 0 });
-        let asked = Instant::now();
-        let taken = prefetcher.take(work.shot.index);
-        if self.args.trace.is_some() {
-            let waited = prefetcher.stats().stalls > stalls;
-            let name = if waited { "wait for the frame" } else { "take the frame" };
-            self.trace.span(Track::Drawing, name, asked, json!({ "frame": number, "ready": !waited }));
-        }
-        match taken {
-            Ok(frame) => {
-                let report = self.draw(&frame, work)?;
+        let begin = Instant::now();
+        match self.take_and_draw(work, prefetcher)? {
+            Ok((pixels, report)) => {
+                self.last = Some((pixels, report.clone()));
                 self.write(work)?;
-                self.trace.span(
-                    Track::Frames,
-                    "frame",
-                    begin,
-                    json!({ "frame": number, "time": frame.time }),
-                );
+                self.trace.span(Track::Frames, "frame", begin, json!({ "frame": number, "time": time }));
                 let known = &self.report.flaws;
                 for flaw in report.flaws.iter().filter(|flaw| !known.iter().any(|f| f == *flaw)) {
                     self.bar.suspend(|| self.terminal.say(format_args!("note: frame {number}: {flaw}")));
@@ -279,28 +275,72 @@ impl Session<'_> {
         }
     }
 
-    fn draw(&mut self, frame: &PreparedFrame, work: &Work) -> Result<FrameReport, Failure> {
-        let begin = Instant::now();
+    /// The pixels of a picture: of its only part, or the mean of all; or why one of its frames cannot be read.
+    fn take_and_draw(
+        &mut self,
+        work: &Work<'_>,
+        prefetcher: &Prefetcher<PreparedFrame>,
+    ) -> Result<Result<(Pixels, FrameReport), FrameError>, Failure> {
+        let (number, time) = (work.shot.moment.number, work.shot.moment.time);
+        let mut exposure = Exposure::default();
+        let mut picture: Option<Picture> = None;
+        let is_blurred = work.shot.parts.len() > 1;
+        for (part, camera) in std::iter::zip(&work.shot.parts, &work.cameras) {
+            let frame = match self.take(part, prefetcher) {
+                Ok(frame) => frame,
+                Err(error) => return Ok(Err(error)),
+            };
+            let mut drawn = self.draw(&frame, number, camera)?;
+            if is_blurred {
+                self.studio.renderer.expose(&mut exposure)?;
+            }
+            if let Some(before) = &picture {
+                drawn.report.add(&before.report);
+            }
+            picture = Some(drawn);
+        }
+        let Picture { mut pixels, report } = picture.expect("every picture has a part");
+        if is_blurred {
+            pixels = self.studio.renderer.fix(&exposure)?;
+        }
         let (size, factor) = (self.studio.size, self.args.supersample);
-        let (world, camera, number) = (&self.studio.world, &work.camera, work.shot.moment.number);
-        let renderer = &mut self.studio.renderer;
-        let mut picture = renderer.render(frame, world, camera, size.map(|side| side * factor))?;
+        let pixels = self.studio.renderer.develop(pixels, self.output.depth(), size, factor)?;
+        // A frame of a film is known by the picture's number.
+        Ok(Ok((pixels, FrameReport { frame: number, time, ..report })))
+    }
+
+    fn take(&self, part: &Part, prefetcher: &Prefetcher<PreparedFrame>) -> Result<PreparedFrame, FrameError> {
+        let is_traced = self.args.trace.is_some();
+        let stalls = if is_traced { prefetcher.stats().stalls } else { 0 };
+        let asked = Instant::now();
+        let taken = prefetcher.take(part.index);
+        if is_traced {
+            let waited = prefetcher.stats().stalls > stalls;
+            let name = if waited { "wait for the frame" } else { "take the frame" };
+            let frame = part.moment.number;
+            self.trace.span(Track::Drawing, name, asked, json!({ "frame": frame, "ready": !waited }));
+        }
+        taken
+    }
+
+    fn draw(&mut self, frame: &PreparedFrame, number: usize, camera: &Camera) -> Result<Picture, Failure> {
+        let begin = Instant::now();
+        let size = self.studio.size.map(|side| side * self.args.supersample);
+        let (world, renderer) = (&self.studio.world, &mut self.studio.renderer);
+        let mut picture = renderer.render(frame, world, camera, size)?;
         if let Some(view) = self.args.show {
             renderer.paint_lod(&mut picture, view, frame, world, camera)?;
         }
-        let pixels = renderer.develop(picture.pixels, self.output.depth(), size, factor)?;
-        // A frame of a film is known by the picture's number.
-        let report = FrameReport { frame: number, ..picture.report };
         self.trace.renderer(renderer.take_spans());
-        self.trace.span(Track::Drawing, "draw", begin, json!({ "frame": number, "stages": report.stages }));
+        let stages = &picture.report.stages;
+        self.trace.span(Track::Drawing, "draw", begin, json!({ "frame": number, "stages": stages }));
         self.trace.counter("frame bytes", frame.bytes());
         self.trace.counter("GPU bytes at most", renderer.gpu().memory().peak());
-        self.last = Some((pixels, report.clone()));
-        Ok(report)
+        Ok(picture)
     }
 
     /// Writes the last picture that was drawn.
-    fn write(&mut self, work: &Work) -> Result<(), Stop> {
+    fn write(&mut self, work: &Work<'_>) -> Result<(), Stop> {
         let Some((pixels, _)) = &self.last else { return Ok(()) };
         let begin = Instant::now();
         let number = work.shot.moment.number;

@@ -35,9 +35,9 @@ impl Maker {
         Self { hash: hash(&text) }
     }
 
-    /// The note of one picture: the program's version and a number.
-    pub fn note(&self, sample: &Sample, camera: &Camera) -> String {
-        let hash = hash(&format!("{} {sample:?} {camera:?}", self.hash));
+    /// The note of a picture of these parts: the program's version and a number.
+    pub fn note(&self, parts: &[(Sample, Camera)]) -> String {
+        let hash = hash(&format!("{} {parts:?}", self.hash));
         format!("{} {hash:016x}", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -5,7 +5,7 @@ use std::sync::Arc;
 use meniscus_core::{Cancel, Choice, Flaw, Flaws, FrameSource};
 use meniscus_export::FrameRate;
 use meniscus_io::Series;
-use meniscus_timeline::{Moment, Resampled, Sampling, Timeline, usual_step};
+use meniscus_timeline::{Moment, Resampled, Sample, Sampling, Shutter, Timeline, usual_step};
 
 use crate::args::RenderArgs;
 use crate::failure::Failure;
@@ -27,10 +27,20 @@ pub struct Shots {
 }
 
 /// One picture.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Shot {
     /// What it shows.
     pub moment: Moment,
+    /// What it is the mean of, one after the other: itself, or moments while the shutter is open.
+    pub parts: Vec<Part>,
+}
+
+/// What is drawn for a picture.
+#[derive(Clone, Copy, Debug)]
+pub struct Part {
+    pub moment: Moment,
+    /// How much later than the picture's own moment it is, in pictures.
+    pub later: f64,
     /// Its frame in [`Shots::source`].
     pub index: usize,
 }
@@ -47,54 +57,132 @@ impl Shots {
         let rate = args.encoding.rate();
         let on_time =
             is_film || args.encoding.fps.is_some() || args.time.speed.is_some() || args.time.interpolate;
-        if !on_time {
-            let timeline = Timeline::every_frame(frames, |frame| series.time(frame));
-            let source = Arc::clone(series) as Arc<dyn FrameSource>;
-            return Ok(Self::of(args, source, timeline, rate, |moment, _| moment.number));
-        }
-        let mut choices = Vec::new();
-        let times = times(series, frames, rate, cancel, &mut choices)?;
-        let step = step(args, &times, rate, &mut choices);
-        let can_follow = series.has_ids();
-        let sampling =
-            if args.time.interpolate && can_follow { Sampling::Interpolated } else { Sampling::Nearest };
-        let timeline = Timeline::at_constant_speed(&times, step, sampling)
-            .map_err(|error| Failure::Usage(error.to_string()))?;
-        let mut flaws = Flaws::default();
-        let (pictures, at_most) = timeline.held();
-        if pictures > 0 {
-            let advice = match (args.time.interpolate, can_follow) {
-                (_, false) => "the files have no ids, by which --interpolate follows particles",
-                _ => "move particles between frames with --interpolate",
-            };
-            let of = timeline.moments().len();
-            flaws.add(Flaw::FramesHeld { pictures, of, at_most, advice: advice.into() });
-        }
-        let mine = args.time.shard.map_or_else(|| timeline.clone(), |s| timeline.shard(s.index, s.count));
-        let source = Resampled::new(
-            Arc::clone(series) as Arc<dyn FrameSource>,
-            mine.moments().to_vec(),
-            series.velocity().map(ToOwned::to_owned),
-            series.space().spacing as f32,
-        );
-        let shots = Self::of(args, Arc::new(source), timeline, rate, |_, place| place);
-        Ok(Self { choices, flaws, ..shots })
-    }
-
-    fn of(
-        args: &RenderArgs,
-        source: Arc<dyn FrameSource>,
-        timeline: Timeline,
-        rate: FrameRate,
-        index: impl Fn(&Moment, usize) -> usize,
-    ) -> Self {
+        let (mut choices, mut flaws) = (Vec::new(), Flaws::default());
+        let blur = Blur::plan(args, series, rate, cancel, &mut flaws)?;
+        let timeline = if on_time {
+            let times = times(series, frames, rate, cancel, &mut choices)?;
+            let step = step(args, &times, rate, &mut choices);
+            at_constant_speed(args, series, &times, step, &mut flaws)?
+        } else {
+            Timeline::every_frame(frames, |frame| series.time(frame))
+        };
         let number = |moment: Option<&Moment>| moment.map_or(0, |moment| moment.number);
         let range = [number(timeline.moments().first()), number(timeline.moments().last())];
         let mine = args.time.shard.map_or_else(|| timeline.clone(), |s| timeline.shard(s.index, s.count));
-        let shot = |(place, moment): (usize, &Moment)| Shot { moment: *moment, index: index(moment, place) };
-        let shots = mine.moments().iter().enumerate().map(shot).collect();
-        Self { source, shots, rate, range, choices: Vec::new(), flaws: Flaws::default() }
+
+        let mut shots: Vec<Shot> = mine
+            .moments()
+            .iter()
+            .map(|&moment| Shot {
+                moment,
+                parts: blur.as_ref().map_or_else(|| vec![Part::whole(moment)], |b| b.parts(moment)),
+            })
+            .collect();
+        let is_resampled = on_time || blur.is_some();
+        let source: Arc<dyn FrameSource> = if is_resampled {
+            let mut moments = Vec::new();
+            for part in shots.iter_mut().flat_map(|shot| &mut shot.parts) {
+                part.index = moments.len();
+                moments.push(part.moment);
+            }
+            Arc::new(Resampled::new(
+                Arc::clone(series) as Arc<dyn FrameSource>,
+                moments,
+                series.velocity().map(ToOwned::to_owned),
+                series.space().spacing as f32,
+            ))
+        } else {
+            Arc::clone(series) as Arc<dyn FrameSource>
+        };
+        Ok(Self { source, shots, rate, range, choices, flaws })
     }
+}
+
+impl Part {
+    /// All of a picture. Its frame is the one of its number, as in the series.
+    fn whole(moment: Moment) -> Self {
+        Self { moment, later: 0.0, index: moment.number }
+    }
+}
+
+/// Motion blur of pictures of a series.
+struct Blur {
+    shutter: Shutter,
+    /// Simulation time from picture to picture.
+    step: f64,
+    /// All frames of the series with their times.
+    frames: Vec<(usize, f64)>,
+}
+
+impl Blur {
+    /// What `args` ask for; `None` for none, or where particles cannot be followed.
+    fn plan(
+        args: &RenderArgs,
+        series: &Series,
+        rate: FrameRate,
+        cancel: &Cancel,
+        flaws: &mut Flaws,
+    ) -> Result<Option<Self>, Failure> {
+        let Some(share) = args.time.motion_blur else { return Ok(None) };
+        let mut because = |reason: &str| {
+            flaws.add(Flaw::MotionNotBlurred { reason: reason.into() });
+            Ok(None)
+        };
+        if series.frame_count() < 2 {
+            return because("there is one frame only");
+        }
+        if !series.has_ids() {
+            return because("the files have no ids, by which particles are followed between frames");
+        }
+        let all: Vec<usize> = (0..series.frame_count()).collect();
+        let frames = times(series, &all, rate, cancel, &mut Vec::new())?;
+        let step = step(args, &frames, rate, &mut Vec::new());
+        // Refuses times that do not rise.
+        Timeline::at_constant_speed(&frames, step, Sampling::Nearest)
+            .map_err(|error| Failure::Usage(error.to_string()))?;
+        let shutter = Shutter { open: share * step, samples: args.time.blur_samples };
+        Ok(Some(Self { shutter, step, frames }))
+    }
+
+    fn parts(&self, moment: Moment) -> Vec<Part> {
+        let time = match moment.sample {
+            Sample::Frame(frame) => self.frames[frame].1,
+            Sample::Between { before, after, share } => {
+                let [from, to] = [before, after].map(|frame| self.frames[frame].1);
+                from + share * (to - from)
+            }
+        };
+        let part = |part: Moment| {
+            let later = (part.time.unwrap_or(time) - time) / self.step;
+            Part { moment: part, later, index: 0 }
+        };
+        self.shutter.moments(moment.number, time, &self.frames).into_iter().map(part).collect()
+    }
+}
+
+/// Pictures every `step` of simulation time, from the first of `times` to the last.
+fn at_constant_speed(
+    args: &RenderArgs,
+    series: &Series,
+    times: &[(usize, f64)],
+    step: f64,
+    flaws: &mut Flaws,
+) -> Result<Timeline, Failure> {
+    let (is_asked, can_follow) = (args.time.interpolate || args.time.motion_blur.is_some(), series.has_ids());
+    let sampling = if is_asked && can_follow { Sampling::Interpolated } else { Sampling::Nearest };
+    let timeline = Timeline::at_constant_speed(times, step, sampling)
+        .map_err(|error| Failure::Usage(error.to_string()))?;
+    let (pictures, at_most) = timeline.held();
+    if pictures > 0 {
+        let advice = if can_follow {
+            "move particles between frames with --interpolate"
+        } else {
+            "the files have no ids, by which --interpolate follows particles"
+        };
+        let of = timeline.moments().len();
+        flaws.add(Flaw::FramesHeld { pictures, of, at_most, advice: advice.into() });
+    }
+    Ok(timeline)
 }
 
 /// Frames with their times. Where the series states none, every frame is a picture.
