@@ -63,6 +63,8 @@ roles! {
     Thickness: f32, unit "world units along the ray", empty 0.0;
     /// Unit normal in view space, octahedral in two snorm16; bits 0 = straight at the viewer.
     ViewNormal: u32, unit "view space, octahedral 2 x snorm16", empty 0;
+    /// Colours of a scale from its start to its end, linear Rec. 709.
+    ColorTable: [f32; 4], unit "linear, 0 to 1", empty [0.0; 4];
     /// Colour that an attribute gives the surface, linear Rec. 709; alpha = how much of the surface's own colour it replaces.
     SurfaceColor: [f32; 4], unit "linear, 0 to 1", empty [0.0; 4];
     /// Linear radiance, Rec. 709 primaries, alpha = coverage.

@@ -1,5 +1,6 @@
 //! The passes of the stage; each has the name of its shader.
 
+mod coloring;
 mod normal;
 mod occlusion;
 mod pages;
@@ -10,6 +11,7 @@ use meniscus_gpu::{
     ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, Shader, shader,
 };
 
+pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
 pub(crate) use normal::NormalPass;
 pub(crate) use occlusion::tile_count;
 pub(crate) use surface::SurfacePasses;

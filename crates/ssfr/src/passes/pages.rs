@@ -47,6 +47,8 @@ pub(super) enum List {
 
 /// What a splat pass binds of one page.
 pub(super) struct PageBindings {
+    /// Which page of its set.
+    pub(super) index: usize,
     pub(super) splats: Binding,
     pub(super) particles: Binding,
     pub(super) ranges: Binding,
@@ -84,7 +86,8 @@ pub(super) fn each_page(
     mut record: impl FnMut(&mut Recorder, PageBindings),
 ) {
     for set in sets {
-        for (particles, ranges, groups) in set.pages.iter().filter_map(|page| list.of(page)) {
+        for (index, page) in set.pages.iter().enumerate() {
+            let Some((particles, ranges, groups)) = list.of(page) else { continue };
             if groups == 0 {
                 continue;
             }
@@ -100,7 +103,14 @@ pub(super) fn each_page(
             };
             record(
                 recorder,
-                PageBindings { splats, particles, ranges, is_uniform, groups: Dispatch::Groups(groups) },
+                PageBindings {
+                    index,
+                    splats,
+                    particles,
+                    ranges,
+                    is_uniform,
+                    groups: Dispatch::Groups(groups),
+                },
             );
         }
     }

@@ -75,24 +75,25 @@ pub(crate) fn splats(view: &HostView, sets: &[HostSet<'_>]) -> Vec<Splat> {
     let mut found = Vec::new();
     for set in sets {
         for range in set.ranges {
-            let first = range.first as usize;
-            for particle in &set.particles[first..first + range.count as usize] {
-                let relative = half::f16::from_bits((particle.packed >> 16) as u16).to_f64();
-                let (weight, growth) = kept(particle.hash(), range.keep);
-                let splat = Splat {
-                    center_view: view
-                        .view_from_world
-                        .transform_point3(Vec3::from(particle.position_world).as_dvec3()),
-                    radius: f64::from(set.radius_world) * relative * growth,
-                    volume: f64::from(set.volume_world) * relative.powi(3) * weight,
-                };
-                if splat.radius > 0.0 && splat.distance() - splat.radius >= view.near_world {
-                    found.push(splat);
-                }
-            }
+            let indices = range.first as usize..(range.first + range.count) as usize;
+            found.extend(indices.filter_map(|index| particle_splat(view, set, index, range.keep)));
         }
     }
     found
+}
+
+/// The splat of particle `index`, if it is drawn.
+pub(crate) fn particle_splat(view: &HostView, set: &HostSet<'_>, index: usize, keep: u32) -> Option<Splat> {
+    let particle = &set.particles[index];
+    let relative = half::f16::from_bits((particle.packed >> 16) as u16).to_f64();
+    let (weight, growth) = kept(particle.hash(), keep);
+    let position = Vec3::from(particle.position_world).as_dvec3();
+    let splat = Splat {
+        center_view: view.view_from_world.transform_point3(position),
+        radius: f64::from(set.radius_world) * relative * growth,
+        volume: f64::from(set.volume_world) * relative.powi(3) * weight,
+    };
+    (splat.radius > 0.0 && splat.distance() - splat.radius >= view.near_world).then_some(splat)
 }
 
 /// Weight and growth of a particle kept with probability `keep / 65536` (`main-renderer.md` 3.3;

@@ -1,0 +1,83 @@
+// Places on a colour scale near the visible surface: per pixel the sums of weights and of weighted places, both in fixed point, so
+// that the order of the particles does not matter.
+#import meniscus::camera::Camera
+#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels}
+#import meniscus::surface::is_empty
+
+struct ColorScale {
+    // Place on the scale = (value - offset) * factor; of the value's natural logarithm where `is_log` is not 0.
+    offset: f32,
+    factor: f32,
+    is_log: u32,
+}
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<uniform> splats: SplatSet;
+@group(0) @binding(2) var<uniform> scale: ColorScale;
+@group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
+@group(0) @binding(4) var<storage, read> ranges: array<KeptRange>;
+@group(0) @binding(5) var<storage, read> values: array<f32>;
+@group(0) @binding(6) var<storage, read> distances: array<f32>;
+// Weights, then weighted places, of each pixel.
+@group(0) @binding(7) var<storage, read_write> sums: array<atomic<u32>>;
+
+const LANES: u32 = 64u;
+// Radii over which a particle's value is spread out: neighbours blend into each other without losing detail.
+const REACH_RADII: f32 = 2.0;
+// Radii that a particle may lie in front of or behind the surface and still colour it: what it is made of, and not much more.
+const DEPTH_RADII: f32 = 3.0;
+// Steps of a weight of 1: sixty-five thousand particles in a pixel until sums overflow.
+const STEPS: f32 = 65535.0;
+// Value of a particle without one.
+const NO_VALUE: f32 = 3e38;
+
+fn place(value: f32) -> f32 {
+    let x = select(value, log(max(value, 1.1754944e-38)), scale.is_log != 0u);
+    return clamp((x - scale.offset) * scale.factor, 0.0, 1.0);
+}
+
+fn draw(grid: Grid, splat: Splat, at: f32) {
+    // Near the eye the wider sphere might reach behind it.
+    let reach = min(REACH_RADII * splat.radius, splat.center.z - camera.near_world);
+    let wide = Splat(splat.center, max(reach, splat.radius), splat.volume);
+    let box = surface_pixels(grid, wide);
+    let falloff = 1.0 / (wide.radius * wide.radius);
+    let depth_falloff = 1.0 / (DEPTH_RADII * splat.radius);
+    let lift = mix(1.0, splat.center.z, grid.perspective);
+    for (var y = box.first.y; y <= box.last.y; y++) {
+        for (var x = box.first.x; x <= box.last.x; x++) {
+            let pixel = u32(y * (grid.last_px.x + 1) + x);
+            let distance = distances[pixel];
+            if is_empty(distance) {
+                continue;
+            }
+            let e = (splat.center.z - distance) * depth_falloff;
+            let offset = (grid.first + vec2(f32(x), f32(y)) * grid.step) * lift - splat.center.xy;
+            // A splat within one pixel counts there as if seen near its centre.
+            let q = select(dot(offset, offset) * falloff, 0.25, box.is_point);
+            if q < 1.0 && abs(e) < 1.0 {
+                let near = (1.0 - q) * (1.0 - e * e);
+                let weight = near * near * STEPS;
+                atomicAdd(&sums[2u * pixel], u32(weight));
+                atomicAdd(&sums[2u * pixel + 1u], u32(weight * at));
+            }
+        }
+    }
+}
+
+@compute @workgroup_size(LANES)
+fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
+    let grid = grid_of(camera, 1u);
+    let share = share_of(group, groups);
+    for (var index = share.first; index < ranges[0].first; index += share.step) {
+        let range = ranges[index + 1u];
+        for (var i = lane; i < range.count; i += LANES) {
+            let value = values[range.first + i];
+            let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
+            if value < NO_VALUE && is_drawn(camera, splat) {
+                draw(grid, splat, place(value));
+            }
+        }
+    }
+}
