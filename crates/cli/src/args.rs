@@ -15,7 +15,8 @@ pub use film::{EncodingArgs, JoinArgs, TimeArgs};
 
 use crate::failure::Failure;
 use crate::values::{
-    CameraValue, CaseName, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize, Parameter, Unit,
+    CameraValue, CaseName, ColorRange, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize, Parameter,
+    Unit,
 };
 
 /// Exit codes, printed under every `--help`.
@@ -245,6 +246,23 @@ pub struct PictureArgs {
     /// Lighting model.
     #[arg(long, value_name = "NAME")]
     pub lighting: Option<String>,
+
+    /// Colour the water by this attribute: of a vector the magnitude, or a component as in velocity:x. The range is that of the
+    /// whole series.
+    #[arg(long, value_name = "NAME[:COMPONENT]")]
+    pub color_by: Option<String>,
+
+    /// Colour map: viridis, inferno, plasma, magma, cividis, turbo, cool-to-warm or grayscale.
+    #[arg(long, value_name = "NAME", requires = "color_by")]
+    pub color_map: Option<String>,
+
+    /// Values at the start and the end of the colours; one left empty is found in the series.
+    #[arg(long, value_name = "MIN,MAX", requires = "color_by", allow_hyphen_values = true)]
+    pub color_range: Option<ColorRange>,
+
+    /// Logarithmic colours.
+    #[arg(long, requires = "color_by")]
+    pub color_log: bool,
 
     /// Scene file: floor, walls, boxes, sun and sky [default: a tiled floor under a clear sky].
     #[arg(long, value_name = "FILE.toml")]

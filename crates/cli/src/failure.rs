@@ -127,6 +127,8 @@ impl From<PipelineError> for Failure {
             }
             PipelineError::Scene(error) => malformed(None, error.to_string()),
             PipelineError::Settings(_)
+            | PipelineError::Color(_)
+            | PipelineError::NothingToColor { .. }
             | PipelineError::Lod(_)
             | PipelineError::Surface(_)
             | PipelineError::Shading(_) => Self::Usage(error.to_string()),

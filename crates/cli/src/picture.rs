@@ -13,7 +13,7 @@ use meniscus_scene::{NamedView, above_ground, automatic_camera};
 use crate::args::{Global, PictureArgs};
 use crate::failure::Failure;
 use crate::terminal::{Terminal, print};
-use crate::values::{Detail, Parameter};
+use crate::values::{ColorRange, Detail, Parameter};
 
 /// Everything a picture needs besides its particles.
 pub struct Studio {
@@ -43,6 +43,15 @@ pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settin
     if let Some(name) = &args.lighting {
         settings.choose_lighting(registry, name).map_err(usage)?;
     }
+    let color = &mut settings.color;
+    color.by.clone_from(&args.color_by);
+    if let Some(map) = &args.color_map {
+        color.map.clone_from(map);
+    }
+    if let Some(ColorRange([min, max])) = args.color_range {
+        (color.min, color.max) = (min, max);
+    }
+    color.log = args.color_log;
     let mut list = false;
     for parameter in &args.params {
         match parameter {

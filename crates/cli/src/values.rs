@@ -16,6 +16,28 @@ pub fn positive(text: &str) -> Result<f64, String> {
     }
 }
 
+/// Limits of colours, `MIN,MAX`, of which one may be left empty.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ColorRange(pub [Option<f64>; 2]);
+
+impl FromStr for ColorRange {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let expected = || "expected MIN,MAX as in 0,2.5, of which one may be left empty as in 0,".to_owned();
+        let limit = |text: &str| match text.trim() {
+            "" => Ok(None),
+            number => number.parse().ok().filter(|x: &f64| x.is_finite()).map(Some).ok_or_else(expected),
+        };
+        let (min, max) = text.split_once(',').ok_or_else(expected)?;
+        match (limit(min)?, limit(max)?) {
+            (None, None) => Err(expected()),
+            (Some(min), Some(max)) if min > max => Err(format!("{min} is larger than {max}")),
+            limits => Ok(Self(limits.into())),
+        }
+    }
+}
+
 /// The share of the time between two pictures that a shutter is open for.
 pub fn shutter(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

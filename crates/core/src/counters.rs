@@ -67,6 +67,8 @@ work_counters! {
     chunks_culled: "chunks",
     /// Particle data copied to the GPU.
     particle_bytes_uploaded: "bytes",
+    /// Values that colour the water copied to the GPU.
+    attribute_bytes_uploaded: "bytes",
     /// Stand-ins for groups of particles copied to the GPU.
     stand_in_bytes_uploaded: "bytes",
     /// Lists of what is kept copied to the GPU.

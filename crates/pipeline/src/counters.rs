@@ -1,5 +1,5 @@
 use meniscus_core::WorkCounters;
-use meniscus_gpu::role::{KeptRanges, Occludees, Particles, Role, StandIns};
+use meniscus_gpu::role::{AttributeValues, KeptRanges, Occludees, Particles, Role, StandIns};
 use meniscus_gpu::{GpuMemory, GpuWork};
 use meniscus_lod::ParticleCounts;
 
@@ -13,7 +13,14 @@ pub(crate) fn of_host(
     memory: &GpuMemory,
 ) -> WorkCounters {
     let uploaded = |name: &str| work.uploaded.get(name).copied().unwrap_or(0);
-    let known = [Particles::NAME, KeptRanges::NAME, Occludees::NAME, StandIns::NAME, GpuWork::UNIFORMS];
+    let known = [
+        Particles::NAME,
+        AttributeValues::NAME,
+        KeptRanges::NAME,
+        Occludees::NAME,
+        StandIns::NAME,
+        GpuWork::UNIFORMS,
+    ];
     let other = work.uploaded.iter().filter(|(name, _)| !known.contains(name)).map(|(_, bytes)| bytes).sum();
     WorkCounters {
         file_bytes_read: frame.read.map(|read| read.bytes),
@@ -25,6 +32,7 @@ pub(crate) fn of_host(
         chunks: Some(counts.chunks),
         chunks_culled: Some(counts.chunks_culled),
         particle_bytes_uploaded: Some(uploaded(Particles::NAME)),
+        attribute_bytes_uploaded: Some(uploaded(AttributeValues::NAME)),
         stand_in_bytes_uploaded: Some(uploaded(StandIns::NAME)),
         range_bytes_uploaded: Some(uploaded(KeptRanges::NAME) + uploaded(Occludees::NAME)),
         uniform_bytes_uploaded: Some(uploaded(GpuWork::UNIFORMS)),

@@ -15,6 +15,19 @@ pub enum PipelineError {
     /// The camera defines no picture.
     #[error(transparent)]
     Camera(#[from] CameraError),
+    /// The colour scale is none.
+    #[error(transparent)]
+    Color(#[from] meniscus_color::ColorError),
+    /// No particle has a value of what the water is to be coloured by.
+    #[error(
+        "--color-by: no particle of the water has a {of} as `{quantity}` in the first, middle and last frame; give --color-range"
+    )]
+    NothingToColor {
+        /// The attribute, and its component.
+        quantity: String,
+        /// What was looked for.
+        of: &'static str,
+    },
     /// No frame to measure the series by.
     #[error(transparent)]
     Frame(#[from] FrameError),

@@ -9,8 +9,8 @@ pub(crate) struct FrameImages {
     pub(crate) scene_distance: Texture<SceneDistance>,
     pub(crate) scene_depth: Texture<SceneDepth>,
     pub(crate) surface: SurfaceImages,
-    /// A single pixel without colour while no attribute colours the water.
-    pub(crate) surface_color: Image<SurfaceColor>,
+    /// A single pixel, for water that no attribute colours.
+    pub(crate) no_color: Image<SurfaceColor>,
     pub(crate) sun_path: Image<SunPath>,
     pub(crate) radiance: Image<Radiance>,
     pub(crate) display: Image<DisplayImage>,
@@ -23,7 +23,7 @@ impl FrameImages {
             scene_distance: Texture::new(gpu, size)?,
             scene_depth: Texture::new(gpu, size)?,
             surface: SurfaceImages::new(gpu, size, surface)?,
-            surface_color: Image::new(gpu, [1, 1])?,
+            no_color: Image::new(gpu, [1, 1])?,
             sun_path: Image::new(gpu, WaterShadow::size_blocks(size))?,
             radiance: Image::new(gpu, size)?,
             display: Image::new(gpu, size)?,

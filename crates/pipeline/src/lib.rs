@@ -6,6 +6,7 @@
 //!            threads
 //! ```
 
+mod colors;
 mod counters;
 mod develop;
 mod error;
@@ -21,6 +22,7 @@ mod renderer;
 mod settings;
 mod world;
 
+pub use colors::ColorSettings;
 pub use error::PipelineError;
 pub use exposure::Exposure;
 pub use lod_view::LodView;

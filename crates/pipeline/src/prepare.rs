@@ -1,5 +1,8 @@
+use meniscus_color::Quantity;
 use meniscus_core::{Flaws, FrameRead, Look, SetFrame};
 use meniscus_lod::{ChunkOptions, ChunkedSet, Identity, chunks};
+
+use crate::colors::values_of;
 
 /// A frame in the order the GPU wants it, made on reader threads.
 #[derive(Clone, Debug)]
@@ -27,21 +30,25 @@ pub struct PreparedSet {
     pub has_ids: bool,
     /// Its particles in chunks.
     pub chunked: ChunkedSet,
+    /// What the water is coloured by, in the order of the chunked particles; empty where nothing is.
+    pub values: Vec<f32>,
 }
 
 impl PreparedFrame {
     /// Bytes held in memory.
     pub fn bytes(&self) -> u64 {
-        self.sets.iter().map(|set| set.chunked.bytes()).sum()
+        self.sets.iter().map(|set| set.chunked.bytes() + size_of_val(set.values.as_slice()) as u64).sum()
     }
 }
 
 /// Brings frames into chunk order; cheap to clone and to send to reader threads.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Preparer {
     pub(crate) page_particles: usize,
     pub(crate) spacing_world: f32,
     pub(crate) identity: Identity,
+    /// What the water is coloured by.
+    pub(crate) quantity: Option<Quantity>,
 }
 
 impl Preparer {
@@ -55,11 +62,12 @@ impl Preparer {
             .sets
             .into_iter()
             .filter(|set| set.look != Look::Hidden)
-            .map(|set| PreparedSet {
-                name: set.name,
-                look: set.look,
-                has_ids: !set.particles.ids.is_empty(),
-                chunked: chunks::build(&set.particles, &options),
+            .map(|set| {
+                let chunked = chunks::build(&set.particles, &options);
+                let quantity = self.quantity.as_ref().filter(|_| set.look == Look::Water);
+                let values = quantity.map(|q| values_of(&set.particles, &chunked, q)).unwrap_or_default();
+                let has_ids = !set.particles.ids.is_empty();
+                PreparedSet { name: set.name, look: set.look, has_ids, chunked, values }
             })
             .collect();
         PreparedFrame { index: frame.index, time: frame.time, sets, flaws: frame.flaws, read: frame.read }

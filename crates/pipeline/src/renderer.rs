@@ -7,8 +7,9 @@ use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Timing};
 use meniscus_lod::weight::GROWS_BELOW;
 use meniscus_lod::{GpuPage, GpuSet, LodParams, ParticleCounts, Selection, Selector, Viewpoint, explain};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
-use meniscus_ssfr::{Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
+use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
 
+use crate::colors::{GpuValues, SurfaceColors};
 use crate::counters;
 use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
@@ -29,6 +30,7 @@ pub struct Picture {
 struct DrawnSet {
     look: Look,
     gpu: GpuSet,
+    values: GpuValues,
     selector: Selector,
 }
 
@@ -46,6 +48,7 @@ pub struct Renderer {
     compositor: Compositor,
     geometry: Option<SceneGeometry>,
     images: Option<FrameImages>,
+    colors: Option<SurfaceColors>,
     opaque: Option<OpaqueSets>,
     sets: Vec<DrawnSet>,
     counts: ParticleCounts,
@@ -73,6 +76,7 @@ impl Renderer {
             compositor: Compositor::new(&gpu)?,
             geometry: None,
             images: None,
+            colors: None,
             opaque: None,
             sets: Vec::new(),
             counts: ParticleCounts::default(),
@@ -106,6 +110,7 @@ impl Renderer {
             page_particles: self.gpu.page_elements::<PackedParticle>(),
             spacing_world: world.space().spacing as f32,
             identity: self.settings.lod.policy.identity(),
+            quantity: world.color().map(|scale| scale.quantity.clone()),
         }
     }
 
@@ -325,6 +330,7 @@ impl Renderer {
         self.gpu.restart_work();
         camera.validate()?;
         self.fit_images(size)?;
+        self.fit_colors(size, world)?;
         if self.geometry.is_none() {
             self.geometry = Some(SceneGeometry::new(&self.gpu, world.scene())?);
         }
@@ -378,6 +384,13 @@ impl Renderer {
             &images.scene_distance,
             &images.surface,
         );
+        if let Some(colors) = &self.colors {
+            let water = self.sets.iter().filter(|set| set.look == Look::Water);
+            let colored = std::iter::zip(water, &sets).filter(|(set, _)| !set.values.pages.is_empty());
+            let colored: Vec<_> =
+                colored.map(|(from, set)| ColoredSet { set: *set, values: &from.values.pages }).collect();
+            colors.record(&self.gpu, &mut self.recorder, &camera_binding, &colored, &images.surface);
+        }
         self.shadow.record(
             &self.gpu,
             &mut self.recorder,
@@ -396,7 +409,7 @@ impl Renderer {
             distance: &images.surface.distance,
             thickness: &images.surface.thickness,
             normal: &images.surface.normal,
-            surface_color: &images.surface_color,
+            surface_color: self.colors.as_ref().map_or(&images.no_color, |colors| &colors.image),
             scene_color: &images.scene_color,
             scene_distance: &images.scene_distance,
             sun_path: &images.sun_path,
@@ -419,6 +432,18 @@ impl Renderer {
             self.images = None;
             self.images = Some(FrameImages::new(&self.gpu, size, params)?);
             self.compositor.resize(&self.gpu, size)?;
+        }
+        Ok(())
+    }
+
+    /// Makes what colours the water, if anything does.
+    fn fit_colors(&mut self, size: [u32; 2], world: &World) -> Result<(), PipelineError> {
+        match (world.color(), &self.colors) {
+            (Some(scale), Some(colors)) if colors.fit(size, scale) => {}
+            (scale, _) => {
+                self.colors = None;
+                self.colors = scale.map(|scale| SurfaceColors::new(&self.gpu, size, scale)).transpose()?;
+            }
         }
         Ok(())
     }
@@ -447,6 +472,7 @@ impl Renderer {
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
             drawn.look = set.look;
             drawn.gpu.upload(&self.gpu, &set.chunked)?;
+            drawn.values.upload(&self.gpu, &set.chunked, &set.values)?;
             if drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)? {
                 drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
             }
@@ -461,7 +487,12 @@ const OPAQUE_LOOKS: [Look; 2] = [Look::Solid, Look::Spheres];
 
 impl DrawnSet {
     fn new() -> Self {
-        Self { look: Look::Hidden, gpu: GpuSet::default(), selector: Selector::default() }
+        Self {
+            look: Look::Hidden,
+            gpu: GpuSet::default(),
+            values: GpuValues::default(),
+            selector: Selector::default(),
+        }
     }
 }
 

@@ -9,7 +9,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::Registry;
+use crate::{ColorSettings, Registry};
 
 /// Every parameter of a picture besides its camera and size. Stages describe their own; `stage.name` is the key on the
 /// command line.
@@ -22,6 +22,8 @@ pub struct Settings {
     pub surface: SsfrParams,
     /// Lighting model of the water and its parameters.
     pub lighting: LightingChoice,
+    /// Colour of the water by an attribute.
+    pub color: ColorSettings,
     /// Surroundings.
     pub scene: SceneSettings,
     /// Tone mapping and what comes after.
@@ -157,6 +159,7 @@ impl Settings {
         self.lod.validate().map_err(SettingsError::stage)?;
         self.surface.validate().map_err(SettingsError::stage)?;
         self.post.validate().map_err(SettingsError::stage)?;
+        self.color.validate().map_err(SettingsError::stage)?;
         let known = |kind: &str, name: &str, names: Vec<&str>| {
             if names.contains(&name) {
                 return Ok(());

@@ -1,8 +1,10 @@
 use glam::Vec3;
+use meniscus_color::{ColorScale, Quantity};
 use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, SeriesSpace, SetFrame};
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
 
+use crate::colors::sample;
 use crate::measure::{column_depth, outline, robust_bounds};
 use crate::{PipelineError, Settings};
 
@@ -14,6 +16,9 @@ pub struct World {
     outline: Vec<Vec3>,
     scene: Scene,
     scale: WaterScale,
+    request: FrameRequest,
+    color: Option<ColorScale>,
+    color_choice: Option<Choice>,
 }
 
 impl World {
@@ -26,14 +31,15 @@ impl World {
         space: SeriesSpace,
         settings: &Settings,
     ) -> Result<Self, PipelineError> {
+        let (quantity, request) = (settings.color.quantity()?, settings.color.request()?);
         let last = source.frame_count().saturating_sub(1);
         let mut frames = vec![0, last / 2, last];
         frames.dedup();
         let mut error = None;
         let mut measured = Vec::new();
         for index in frames {
-            match source.read(index, &FrameRequest::default(), &Cancel::default()) {
-                Ok(frame) => measured.push(Measured::of(&frame, &space)),
+            match source.read(index, &request, &Cancel::default()) {
+                Ok(frame) => measured.push(Measured::of(&frame, &space, quantity.as_ref())),
                 Err(e) => {
                     error.get_or_insert(e);
                 }
@@ -54,7 +60,8 @@ impl World {
         space: SeriesSpace,
         settings: &Settings,
     ) -> Result<Self, PipelineError> {
-        Self::of_measured(&[Measured::of(frame, &space)], space, settings)
+        let quantity = settings.color.quantity()?;
+        Self::of_measured(&[Measured::of(frame, &space, quantity.as_ref())], space, settings)
     }
 
     fn of_measured(
@@ -88,7 +95,10 @@ impl World {
             spacing_world: spacing,
             metres_per_world: space.metres_per_unit as f32,
         };
-        Ok(Self { space, bounds, outline, scene, scale })
+        let values = measured.iter().flat_map(|m| m.values.iter().copied()).collect();
+        let (color, color_choice) = settings.color.scale(values)?.unzip();
+        let (request, color_choice) = (settings.color.request()?, color_choice.flatten());
+        Ok(Self { space, bounds, outline, scene, scale, request, color, color_choice })
     }
 
     /// Origin, spacing, radius, up axis.
@@ -117,6 +127,16 @@ impl World {
         self.scale
     }
 
+    /// What has to be read of a frame besides its positions.
+    pub fn request(&self) -> &FrameRequest {
+        &self.request
+    }
+
+    /// What the water is coloured by, the same over the whole series.
+    pub fn color(&self) -> Option<&ColorScale> {
+        self.color.as_ref()
+    }
+
     /// Nearest distance that is drawn: a thousandth of the data's diagonal.
     pub fn near_distance(&self) -> f32 {
         (self.bounds.extent().length() * 1e-3).max(f32::MIN_POSITIVE)
@@ -124,12 +144,13 @@ impl World {
 
     /// The automatic choices that were made here.
     pub fn choices(&self) -> Vec<Choice> {
-        vec![Choice {
+        let absorption = Choice {
             what: "absorption".into(),
             value: format!("scaled to a water depth of {:.4}", self.scale.depth_world),
             reason: "the median column still transmits".into(),
             flag: "--param lighting.attenuation_scale=FACTOR".into(),
-        }]
+        };
+        std::iter::once(absorption).chain(self.color_choice.clone()).collect()
     }
 }
 
@@ -138,10 +159,12 @@ struct Measured {
     outline: Vec<Vec3>,
     /// Median depth of water columns, `None` without water.
     depth: Option<f32>,
+    /// What the water is coloured by, of particles spread over the frame.
+    values: Vec<f32>,
 }
 
 impl Measured {
-    fn of(frame: &SetFrame, space: &SeriesSpace) -> Self {
+    fn of(frame: &SetFrame, space: &SeriesSpace, quantity: Option<&Quantity>) -> Self {
         let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
         let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
         let outline =
@@ -151,6 +174,7 @@ impl Measured {
             .filter(|set| set.look == Look::Water)
             .map(|set| column_depth(&set.particles.positions, space.up, spacing))
             .reduce(f32::max);
-        Self { bounds, outline, depth }
+        let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
+        Self { bounds, outline, depth, values }
     }
 }

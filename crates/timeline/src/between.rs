@@ -1,7 +1,7 @@
 //! Particles between two frames, matched by id.
 
 use glam::Vec3;
-use meniscus_core::{Flaw, Flaws, ParticleFrame, ParticleSet, SetFrame, hermite_weights};
+use meniscus_core::{Attribute, Flaw, Flaws, ParticleFrame, ParticleSet, SetFrame, hermite_weights};
 use rayon::prelude::*;
 
 /// Particles that are looked at to find out whether velocities fit.
@@ -33,7 +33,7 @@ pub struct Motion<'a> {
 
 /// The particles of `before` on their way to `after`: cubic Hermite curves where there are velocities that fit, else straight
 /// lines. What is in one frame only, or jumps, moves on by its own velocity and comes or goes halfway. Sets without ids are those
-/// of the nearer frame. Attributes are not delivered.
+/// of the nearer frame. Attributes change evenly from frame to frame; where they differ in kind there are none.
 ///
 /// Index, time and files are those of the nearer frame; what reading took is left open.
 pub fn between(before: &SetFrame, after: &SetFrame, motion: &Motion<'_>) -> SetFrame {
@@ -66,8 +66,7 @@ fn set_between(
         let pairs = Pairs::by_id(&from.ids, &to.ids);
         moved(Ends::new(from, to, &pairs, motion, flaws), &pairs, motion, flaws)
     } else {
-        let ParticleFrame { positions, ids, .. } = nearer.particles.clone();
-        ParticleFrame { positions, ids, attributes: Vec::new() }
+        nearer.particles.clone()
     };
     ParticleSet { name: nearer.name.clone(), look: nearer.look, particles }
 }
@@ -239,17 +238,39 @@ fn moved(ends: Ends<'_>, pairs: &Pairs, motion: &Motion<'_>, flaws: &mut Flaws) 
         positions.extend(pairs.only_to.iter().map(|&j| ends.backwards(j, 1.0 - share)));
         ids.extend(pairs.only_to.iter().map(|&j| ends.to.ids[j as usize]));
     }
+    let attributes = attributes_between(ends.from, ends.to, pairs, share);
     let unmatched =
         pairs.only_from.len() + pairs.only_to.len() + jumps.iter().filter(|jumps| **jumps).count();
     if unmatched as f64 > MANY * positions.len() as f64 {
         flaws.add(Flaw::ParticlesComeAndGo);
     }
-    ParticleFrame { positions, ids, attributes: Vec::new() }
+    ParticleFrame { positions, ids, attributes }
+}
+
+/// The attributes that both frames have, of the particles in the order of [`moved`].
+fn attributes_between(from: &ParticleFrame, to: &ParticleFrame, pairs: &Pairs, share: f64) -> Vec<Attribute> {
+    let blend = |from: &Attribute| {
+        let is_same = |to: &&Attribute| to.name == from.name && to.components == from.components;
+        let to = to.attributes.iter().find(is_same)?;
+        let components = from.components;
+        let (share, is_early) = (share as f32, share < 0.5);
+        let of = |attribute: &Attribute, particle: u32, c: usize| {
+            attribute.values[particle as usize * components + c]
+        };
+        let both = pairs.both.par_iter().flat_map_iter(|&(i, j)| {
+            (0..components).map(move |c| of(from, i, c) * (1.0 - share) + of(to, j, c) * share)
+        });
+        let mut values: Vec<f32> = both.collect();
+        let (rest, only) = if is_early { (from, &pairs.only_from) } else { (to, &pairs.only_to) };
+        values.extend(only.iter().flat_map(|&particle| (0..components).map(move |c| of(rest, particle, c))));
+        Some(Attribute { name: from.name.clone(), components, values })
+    };
+    from.attributes.iter().filter_map(blend).collect()
 }
 
 #[cfg(test)]
 mod tests {
-    use meniscus_core::{Attribute, Look};
+    use meniscus_core::Look;
 
     use super::*;
 
@@ -380,6 +401,33 @@ mod tests {
         before.sets[0].particles.ids.clear();
         let count = |share| between(&before, &after, &motion(share, 1.0)).sets[0].particles.len();
         assert_eq!((count(0.4), count(0.6)), (2, 3));
+    }
+
+    #[test]
+    fn attributes_change_evenly_by_id_and_stay_with_who_is_in_one_frame_only() {
+        fn rest(_: u64, t: f64) -> [f64; 3] {
+            [t, 0.0, 0.0]
+        }
+        let before = frame(&[1, 2, 3], 2.0, rest, None);
+        let after = frame(&[4, 3, 1], 6.0, rest, None);
+        let with = |mut frame: SetFrame, values: &[f32]| {
+            let attribute = Attribute { name: "p".into(), components: 2, values: values.to_vec() };
+            frame.sets[0].particles.attributes = vec![attribute];
+            frame
+        };
+        let before = with(before, &[1.0, 10.0, 2.0, 20.0, 3.0, 30.0]);
+        let after = with(after, &[8.0, 80.0, 7.0, 70.0, 5.0, 50.0]);
+        let of = |share: f64| {
+            let particles = between(&before, &after, &motion(share, 4.0)).sets[0].particles.clone();
+            let values = particles.attributes[0].values.chunks(2).map(<[f32]>::to_vec);
+            let mut pairs: Vec<(u64, Vec<f32>)> = std::iter::zip(particles.ids, values).collect();
+            pairs.sort_by_key(|(id, _)| *id);
+            pairs
+        };
+        let expected = [(1, vec![2.0, 20.0]), (2, vec![2.0, 20.0]), (3, vec![4.0, 40.0])];
+        assert_eq!(of(0.25), expected);
+        let expected = [(1, vec![4.0, 40.0]), (3, vec![6.0, 60.0]), (4, vec![8.0, 80.0])];
+        assert_eq!(of(0.75), expected);
     }
 
     #[test]

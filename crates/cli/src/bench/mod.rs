@@ -9,7 +9,7 @@ mod table;
 
 use std::time::{Instant, SystemTime};
 
-use meniscus_core::{Cancel, FrameRequest, FrameSource, StageCost};
+use meniscus_core::{Cancel, FrameSource, StageCost};
 use meniscus_gpu::{Timing, process_cpu_ms};
 use meniscus_io::Series;
 use meniscus_pipeline::{PreparedFrame, RateGovernor, Registry};
@@ -55,7 +55,7 @@ pub fn run(
     let (mut read_ms, mut prepare_ms) = (Vec::new(), Vec::new());
     let frame = loop {
         let started = Instant::now();
-        let frame = series.read(args.frame, &FrameRequest::default(), &cancel)?;
+        let frame = series.read(args.frame, studio.world.request(), &cancel)?;
         read_ms.push(ms_since(started));
         trace.span(Track::Drawing, "read", started, Value::Null);
         let (flaws, started) = (frame.flaws.clone(), Instant::now());

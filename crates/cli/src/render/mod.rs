@@ -9,9 +9,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use meniscus_core::{
-    Camera, Flaw, FrameError, FrameErrorKind, FrameReport, FrameRequest, FrameSource, Pixels,
-};
+use meniscus_core::{Camera, Flaw, FrameError, FrameErrorKind, FrameReport, FrameSource, Pixels};
 use meniscus_export::ExportError;
 use meniscus_gpu::Timing;
 use meniscus_io::Series;
@@ -182,7 +180,7 @@ fn prefetcher(
 ) -> Result<Prefetcher<PreparedFrame>, Failure> {
     let preparer = studio.renderer.preparer(&studio.world);
     let threads = global.threads.map_or(PrefetchOptions::default().threads, usize::from);
-    let options = PrefetchOptions { threads, request: FrameRequest::default(), ..Default::default() };
+    let options = PrefetchOptions { threads, request: studio.world.request().clone(), ..Default::default() };
     let reader_trace = Arc::clone(trace);
     let prefetcher = Prefetcher::new(
         Arc::new(TracedSource::new(Arc::clone(&shots.source), Arc::clone(trace))),

@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 use std::time::Instant;
 
-use meniscus_core::{Cancel, FrameRequest, FrameSource};
+use meniscus_core::{Cancel, FrameSource};
 use meniscus_gpu::process_cpu_ms;
 use meniscus_pipeline::Preparer;
 
@@ -34,7 +34,7 @@ impl Apart {
     /// Reads and draws `frames` one after the other; `done` is called after each.
     pub fn measure(
         source: &dyn FrameSource,
-        preparer: Preparer,
+        preparer: &Preparer,
         frames: &[usize],
         studio: &mut Studio,
         orbit: &mut Orbit,
@@ -45,7 +45,7 @@ impl Apart {
         for &index in frames {
             let (started, cpu) = (Instant::now(), process_cpu_ms());
             // What is wrong with a frame is said when it is played.
-            if let Ok(read) = source.read(index, &FrameRequest::default(), cancel) {
+            if let Ok(read) = source.read(index, studio.world.request(), cancel) {
                 let file_bytes = read.read.map_or(0, |read| read.bytes);
                 let frame = preparer.prepare(read);
                 let (read_ms, read_cpu_ms) = (ms_since(started), process_cpu_ms() - cpu);

@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread;
 use std::time::{Duration, Instant, SystemTime};
 
-use meniscus_core::{Cancel, Flaw, Flaws, FrameRequest, FrameSource, SetFrame};
+use meniscus_core::{Cancel, Flaw, Flaws, FrameSource, SetFrame};
 use meniscus_gpu::process_cpu_ms;
 use meniscus_io::Series;
 use meniscus_pipeline::{PreparedFrame, Preparer, Registry};
@@ -50,10 +50,10 @@ pub fn run(
 
     let order = order(args, series.frame_count());
     let bar = terminal.progress(order.len() as u64, "frames, one after the other");
-    warm(args, &series, preparer, &mut studio, &cancel)?;
+    warm(args, &series, &preparer, &mut studio, &cancel)?;
     let mut orbit = Orbit::new(&args.picture);
     let source: &dyn FrameSource = &*series;
-    let apart = Apart::measure(source, preparer, &order, &mut studio, &mut orbit, &cancel, || bar.inc(1))?;
+    let apart = Apart::measure(source, &preparer, &order, &mut studio, &mut orbit, &cancel, || bar.inc(1))?;
     bar.finish_and_clear();
     let apart = Arc::new(apart);
 
@@ -124,12 +124,12 @@ fn following(args: &BenchArgs, frame: usize, count: usize) -> Option<usize> {
 fn warm(
     args: &BenchArgs,
     series: &Series,
-    preparer: Preparer,
+    preparer: &Preparer,
     studio: &mut Studio,
     cancel: &Cancel,
 ) -> Result<(), Failure> {
     // What cannot be read is said when it is played.
-    let Ok(frame) = series.read(args.frame, &FrameRequest::default(), cancel) else { return Ok(()) };
+    let Ok(frame) = series.read(args.frame, studio.world.request(), cancel) else { return Ok(()) };
     let frame = preparer.prepare(frame);
     let mut orbit = Orbit::new(&args.picture);
     warm_up(args.warmup, || {
@@ -198,6 +198,7 @@ impl Player<'_> {
         let play = &self.args.play;
         let mut options = PrefetchOptions::default();
         options.threads = self.global.threads.map_or(options.threads, usize::from);
+        options.request = studio.world.request().clone();
         options.memory = play.memory.map_or(options.memory, |size| size.0);
         let mut played =
             Played { readers: options.threads, resident_before: resident_bytes(), ..Played::default() };
