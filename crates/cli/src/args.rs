@@ -300,6 +300,19 @@ impl WantedFrames {
     }
 }
 
+/// What `--overlay` writes over pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum OverlayItem {
+    /// The time of the simulation.
+    Time,
+    /// What the colours of --color-by mean.
+    Legend,
+    /// A length; under perspective that of things at the centre of the view.
+    Scale,
+    /// The --text.
+    Text,
+}
+
 /// `meniscus render`.
 #[derive(Debug, Args)]
 pub struct RenderArgs {
@@ -331,6 +344,14 @@ pub struct RenderArgs {
     /// Leave the background transparent (.png, .exr); --param post.transparent=true.
     #[arg(long)]
     pub transparent: bool,
+
+    /// Write over the pictures, several with commas: the time, a legend of --color-by, a scale bar, the --text.
+    #[arg(long, value_enum, value_name = "WHAT", value_delimiter = ',')]
+    pub overlay: Vec<OverlayItem>,
+
+    /// Text at the top of the pictures.
+    #[arg(long, value_name = "TEXT")]
+    pub text: Option<String>,
 
     /// Bits per channel, 8 or 16 [default: 8 for .png, 16 for .exr].
     #[arg(long, value_name = "8|16", value_parser = crate::values::bits)]

@@ -58,6 +58,11 @@ impl ColorMap {
         Vec3::from([color.r, color.g, color.b].map(|c| to_linear(f32::from(c) / 255.0)))
     }
 
+    /// The same as it is displayed, sRGB, 0 to 1.
+    pub fn srgb(self, t: f64) -> Vec3 {
+        self.linear(t).map(to_code)
+    }
+
     /// The name that is printed.
     pub fn name(self) -> &'static str {
         NAMES.iter().find(|(_, map)| *map == self).map_or("", |(name, _)| name)
@@ -83,6 +88,11 @@ impl FromStr for ColorMap {
             ColorError::UnknownMap { found: text.to_owned(), available: names.join(", ") }
         })
     }
+}
+
+/// sRGB transfer (IEC 61966-2-1).
+fn to_code(light: f32) -> f32 {
+    if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
 }
 
 /// sRGB transfer, inverse (IEC 61966-2-1).
@@ -120,11 +130,6 @@ fn cool_to_warm(t: f32) -> Vec3 {
 mod tests {
     use super::*;
 
-    fn code(color: Vec3) -> [i32; 3] {
-        let srgb = |c: f32| if c <= 0.003_130_8 { 12.92 * c } else { 1.055 * c.powf(1.0 / 2.4) - 0.055 };
-        color.to_array().map(|c| (255.0 * srgb(c)).round() as i32)
-    }
-
     #[test]
     fn maps_have_their_published_colours() {
         for (map, t, expected) in [
@@ -136,7 +141,7 @@ mod tests {
             (ColorMap::CoolToWarm, 1.0, [180, 4, 38]),
             (ColorMap::Grayscale, 0.5, [119, 119, 119]),
         ] {
-            let found = code(map.linear(t));
+            let found = map.srgb(t).to_array().map(|c| (255.0 * c).round() as i32);
             // 1: the papers round, and so does the library.
             let off = std::iter::zip(found, expected).map(|(a, b)| (a - b).abs()).max();
             assert!(off <= Some(1), "{map} at {t}: {found:?} instead of {expected:?}");

@@ -87,12 +87,17 @@ impl ColorSettings {
         let scale = ColorScale::new(quantity, self.map.parse()?, [min, max], self.log)?;
         let choice = is_chosen.then(|| Choice {
             what: "colours".into(),
-            value: format!("{} from {min:.6} to {max:.6} ({})", scale.quantity, scale.map),
+            value: format!("{} from {} to {} ({})", scale.quantity, short(min), short(max), scale.map),
             reason: "all but a thousandth at either end of the first, middle and last frame".into(),
             flag: "--color-range MIN,MAX".into(),
         });
         Ok(Some((scale, choice)))
     }
+}
+
+/// To six digits.
+fn short(value: f64) -> f64 {
+    format!("{value:.5e}").parse().unwrap_or(value)
 }
 
 /// Values of a frame's water for [`ColorSettings::scale`], spread evenly over it.

@@ -2,8 +2,8 @@ use std::time::Instant;
 
 use meniscus_compositor::Compositor;
 use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
-use meniscus_gpu::role::{KeptRange, PackedParticle};
-use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Timing};
+use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
+use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Span, Timing};
 use meniscus_lod::weight::GROWS_BELOW;
 use meniscus_lod::{GpuPage, GpuSet, LodParams, ParticleCounts, Selection, Selector, Viewpoint, explain};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
@@ -256,6 +256,11 @@ impl Renderer {
     /// Before the first frame.
     pub fn surface_images(&self) -> &SurfaceImages {
         &self.images().surface
+    }
+
+    /// Colour that an attribute gave the surface in the last frame; `None` where nothing is coloured.
+    pub fn surface_color(&self) -> Option<&Image<SurfaceColor>> {
+        self.colors.as_ref().map(|colors| &colors.image)
     }
 
     /// Fraction of the last picture that shows water; waits for the GPU.

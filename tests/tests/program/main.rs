@@ -13,6 +13,7 @@ mod help;
 mod info;
 mod interrupt;
 mod look;
+mod overlays;
 mod parameters;
 mod playback;
 mod report;

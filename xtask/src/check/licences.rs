@@ -14,6 +14,8 @@ const ALLOWED: &[(&str, &str)] = &[
     ("Zlib", "asks not to claim authorship; no notice needed in binaries"),
     ("ISC", "MIT in fewer words; libloading, through which wgpu finds Vulkan, has no other"),
     ("CC0-1.0", "public domain, nothing to pass on; notify, which watches folders, has no other"),
+    ("OFL-1.1", "fonts: come along with any software, may not be sold alone"),
+    ("Ubuntu-font-1.0", "fonts: as OFL-1.1; epaint_default_fonts, which has the font of overlays, has both"),
     ("Unicode-3.0", "asks for its notice only; covers the tables in unicode-ident, a part of every derive"),
 ];
 

@@ -1,5 +1,6 @@
 //! `meniscus render`.
 
+mod captions;
 mod look;
 mod note;
 mod output;
@@ -13,11 +14,13 @@ use meniscus_core::{Camera, Flaw, FrameError, FrameErrorKind, FrameReport, Frame
 use meniscus_export::ExportError;
 use meniscus_gpu::Timing;
 use meniscus_io::Series;
+use meniscus_overlay::Overlay;
 use meniscus_pipeline::{Exposure, Picture, PreparedFrame, Registry};
 use meniscus_prefetch::{Plan, PrefetchOptions, Prefetcher};
 use meniscus_timeline::Sample;
 use serde_json::json;
 
+use self::captions::Captions;
 use self::look::Look;
 use self::note::Maker;
 use self::output::Output;
@@ -72,7 +75,8 @@ pub fn run(
         Look::open(studio.camera, args.camera_path.as_deref(), &studio.world, shots.rate, shots.range)?;
     let quality = args.encoding.still_quality();
     let maker = Maker::new(&studio, &args.input, args.show, output.depth(), args.supersample, quality);
-    let works = works(args, &series, &shots, &look, &maker, &mut output)?;
+    let captions = Captions::plan(args, &studio.world, &shots)?;
+    let works = works(args, &series, &shots, &look, &captions, &maker, &mut output)?;
     let prefetcher = prefetcher(&studio, global, &shots, &works, &trace)?;
     let mut session = Session {
         args,
@@ -128,6 +132,7 @@ struct Work<'a> {
     shot: &'a Shot,
     /// One per part.
     cameras: Vec<Camera>,
+    overlay: Overlay,
     note: String,
     /// Whether it is the one before once more.
     is_repeated: bool,
@@ -139,6 +144,7 @@ fn works<'a>(
     series: &Series,
     shots: &'a Shots,
     look: &Look,
+    captions: &Captions,
     maker: &Maker,
     output: &mut Output,
 ) -> Result<Vec<Work<'a>>, Failure> {
@@ -148,7 +154,9 @@ fn works<'a>(
         let cameras = shot.parts.iter().map(|part| look.at(part)).collect::<Result<Vec<_>, _>>()?;
         let samples = || shot.parts.iter().map(|part| part.moment.sample);
         let parts: Vec<_> = samples().zip(cameras.iter().copied()).collect();
-        let note = maker.note(&parts);
+        let camera = look.at(&Part::whole(shot.moment))?;
+        let overlay = captions.of(&shot.moment, &camera, args.picture.size.0);
+        let note = maker.note(&parts, &overlay);
         if args.time.resume {
             let files: Vec<_> = samples().flat_map(|sample| files(series, &sample)).collect();
             if output.has(number, args.picture.size.0, &note, &files) {
@@ -157,7 +165,7 @@ fn works<'a>(
             }
         }
         let is_repeated = works.last().is_some_and(|last| last.note == note);
-        works.push(Work { shot, cameras, note, is_repeated });
+        works.push(Work { shot, cameras, overlay, note, is_repeated });
     }
     Ok(works)
 }
@@ -302,7 +310,8 @@ impl Session<'_> {
             pixels = self.studio.renderer.fix(&exposure)?;
         }
         let (size, factor) = (self.studio.size, self.args.supersample);
-        let pixels = self.studio.renderer.develop(pixels, self.output.depth(), size, factor)?;
+        let mut pixels = self.studio.renderer.develop(pixels, self.output.depth(), size, factor)?;
+        work.overlay.draw(&mut pixels, size);
         // A frame of a film is known by the picture's number.
         Ok(Ok((pixels, FrameReport { frame: number, time, ..report })))
     }

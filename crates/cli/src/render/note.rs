@@ -1,6 +1,7 @@
 //! What a picture says about how it was made, by which `--resume` knows it again.
 
 use meniscus_core::{Camera, PixelDepth};
+use meniscus_overlay::Overlay;
 use meniscus_pipeline::LodView;
 use meniscus_timeline::Sample;
 
@@ -35,9 +36,9 @@ impl Maker {
         Self { hash: hash(&text) }
     }
 
-    /// The note of a picture of these parts: the program's version and a number.
-    pub fn note(&self, parts: &[(Sample, Camera)]) -> String {
-        let hash = hash(&format!("{} {parts:?}", self.hash));
+    /// The note of a picture of these parts with this written over it: the program's version and a number.
+    pub fn note(&self, parts: &[(Sample, Camera)], overlay: &Overlay) -> String {
+        let hash = hash(&format!("{} {parts:?} {overlay:?}", self.hash));
         format!("{} {hash:016x}", env!("CARGO_PKG_VERSION"))
     }
 }

@@ -57,6 +57,11 @@ impl Output {
                 "the pictures of --show have 8 bits per channel; write .png or .jpg without --bits",
             );
         }
+        if depth == PixelDepth::Linear && (!args.overlay.is_empty() || args.text.is_some()) {
+            return unsuitable(
+                "linear radiance is not written on; leave out --overlay and --text, or write .png",
+            );
+        }
         if format.is_film() {
             if args.time.shard.is_some() {
                 return unsuitable(

@@ -18,6 +18,8 @@ pub struct Shots {
     pub shots: Vec<Shot>,
     /// Pictures per second.
     pub rate: FrameRate,
+    /// Least time between two pictures, those of other shards included; `None` where that is not known.
+    pub least_step: Option<f64>,
     /// Numbers of the first picture and of the last, those of other shards included.
     pub range: [usize; 2],
     /// What was chosen.
@@ -68,6 +70,8 @@ impl Shots {
         };
         let number = |moment: Option<&Moment>| moment.map_or(0, |moment| moment.number);
         let range = [number(timeline.moments().first()), number(timeline.moments().last())];
+        let times = timeline.moments().windows(2).filter_map(|pair| Some(pair[1].time? - pair[0].time?));
+        let least_step = times.filter(|step| *step > 0.0).reduce(f64::min);
         let mine = args.time.shard.map_or_else(|| timeline.clone(), |s| timeline.shard(s.index, s.count));
 
         let mut shots: Vec<Shot> = mine
@@ -94,13 +98,13 @@ impl Shots {
         } else {
             Arc::clone(series) as Arc<dyn FrameSource>
         };
-        Ok(Self { source, shots, rate, range, choices, flaws })
+        Ok(Self { source, shots, rate, least_step, range, choices, flaws })
     }
 }
 
 impl Part {
     /// All of a picture. Its frame is the one of its number, as in the series.
-    fn whole(moment: Moment) -> Self {
+    pub fn whole(moment: Moment) -> Self {
         Self { moment, later: 0.0, index: moment.number }
     }
 }
