@@ -94,6 +94,7 @@ impl Studio {
         if settings.lighting.parameters.get("pure_water") != Some(&serde_json::Value::Bool(true)) {
             choices.extend(world.choices());
         }
+        choices.extend(args.params.iter().filter_map(vtk_name));
         let (camera, camera_choice) = camera(args, &world, series.frame_count() > 1)?;
         choices.extend(camera_choice);
         terminal.choices(&choices);
@@ -102,6 +103,18 @@ impl Studio {
         let renderer = Renderer::new(gpu, registry, settings)?;
         Ok(Self { renderer, world, camera, size: args.size.0, lod, choices, flaws })
     }
+}
+
+/// What a parameter in VTK's words was taken for.
+fn vtk_name(parameter: &Parameter) -> Option<Choice> {
+    let Parameter::Set { key, value } = parameter else { return None };
+    let ours = Settings::key_of_vtk(key)?;
+    Some(Choice {
+        what: format!("`{key}`"),
+        value: format!("{ours}={value}"),
+        reason: "VTK's name of it".into(),
+        flag: format!("--param {ours}=VALUE"),
+    })
 }
 
 fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, Option<Choice>), Failure> {

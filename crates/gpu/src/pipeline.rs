@@ -119,6 +119,12 @@ impl ComputePipeline {
     pub fn workgroup_size(&self) -> [u32; 3] {
         self.workgroup_size
     }
+
+    /// Whether the shader uses a variable of this name that a binding is needed for: of those that an include declares, it
+    /// has only the ones it imports.
+    pub fn binds(&self, name: &str) -> bool {
+        self.bindings.slots.iter().any(|slot| slot.name == name)
+    }
 }
 
 /// What a raster pass is made of: `vertex` and `fragment` entry points in one shader.

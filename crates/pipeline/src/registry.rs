@@ -51,9 +51,8 @@ impl Registry {
             .collect()
     }
 
-    /// Parameters of the lighting model `name` with their defaults; empty for an unknown one.
-    pub(crate) fn lighting_defaults(&self, name: &str) -> Parameters {
-        let choice = LightingChoice { name: name.to_owned(), ..Default::default() };
-        self.lighting.make(&choice).map(|model| model.parameters()).unwrap_or_default()
+    /// All parameters of the chosen lighting model as they are in effect; empty for a model or parameters that do not exist.
+    pub(crate) fn lighting_effective(&self, choice: &LightingChoice) -> Parameters {
+        self.lighting.make(choice).map(|model| model.parameters()).unwrap_or_default()
     }
 }

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use meniscus_compositor::CompositorParameters;
 use meniscus_lod::LodParams;
 use meniscus_scene::Description;
-use meniscus_shading::LightingChoice;
+use meniscus_shading::{LightingChoice, VTK_NAMES};
 use meniscus_ssfr::SsfrParams;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -102,7 +102,19 @@ const SHORT_KEYS: [(&str, &str); 5] = [
     ("lighting.", "lighting.parameters."),
 ];
 
+/// Keys that VTK's fluid mapper has another name for, beside those of lighting models. What differs in unit is no alias.
+const VTK_KEYS: [(&str, &str); 1] = [("SurfaceFilterIterations", "filter.iterations")];
+
+fn key_of_vtk(key: &str) -> Option<String> {
+    let name = key.strip_prefix("lighting.").or(key.strip_prefix("filter.")).unwrap_or(key);
+    let named = |(vtk, ours): &(&str, &'static str)| (*vtk == name).then_some(*ours);
+    let lighting = || VTK_NAMES.iter().find_map(named).map(|ours| format!("lighting.{ours}"));
+    VTK_KEYS.iter().find_map(named).map(str::to_owned).or_else(lighting)
+}
+
 fn long_key(key: &str) -> String {
+    let translated = key_of_vtk(key);
+    let key = translated.as_deref().unwrap_or(key);
     let found = SHORT_KEYS.iter().find_map(|(short, long)| Some((long, key.strip_prefix(short)?)));
     found.map_or_else(|| key.to_owned(), |(long, rest)| format!("{long}{rest}"))
 }
@@ -113,6 +125,11 @@ fn short_key(key: &str) -> String {
 }
 
 impl Settings {
+    /// The key that `key` stands for, if it is a name of VTK's fluid mapper: `RefractiveIndex`, or `lighting.RefractiveIndex`.
+    pub fn key_of_vtk(key: &str) -> Option<String> {
+        key_of_vtk(key)
+    }
+
     /// Sets the parameter `key` (dots between stage and name, as [`Self::describe`] lists them) to `value`, written as in
     /// TOML; a bare word is a string, and `auto` leaves the choice to the stage.
     ///
@@ -187,7 +204,7 @@ impl Settings {
         let mut tree = serde_json::to_value(self).unwrap_or_default();
         let defaults = [
             registry.filter_defaults(&self.surface.filter.name),
-            registry.lighting_defaults(&self.lighting.name),
+            registry.lighting_effective(&self.lighting),
         ];
         for (map, defaults) in OPEN_MAPS.iter().zip(defaults) {
             if let Ok(Value::Object(parameters)) = slot(&mut tree, map) {
@@ -303,6 +320,36 @@ mod tests {
         assert_eq!(settings.lighting.parameters["roughness"], 0.5);
         settings.set("scene.walls", "auto").unwrap();
         assert_eq!(settings.scene.walls, None);
+    }
+
+    #[test]
+    fn vtk_names_stand_for_our_keys() {
+        let mut settings = Settings::default();
+        settings.set("RefractiveIndex", "1.4").unwrap();
+        settings.set("lighting.AttenuationScale", "3").unwrap();
+        settings.set("SurfaceFilterIterations", "4").unwrap();
+        let listed = settings.describe(&Registry::builtin());
+        for (key, value) in [
+            ("lighting.refractive_index", "1.4"),
+            ("lighting.attenuation_scale", "3"),
+            ("filter.iterations", "4"),
+        ] {
+            assert!(listed.contains(&(key.to_owned(), value.to_owned())), "{key} in {listed:?}");
+        }
+        assert_eq!(Settings::key_of_vtk("lighting.roughness"), None);
+    }
+
+    #[test]
+    fn presets_are_listed_with_what_they_mean() {
+        let mut settings = Settings::default();
+        settings.set("lighting.preset", "milk").unwrap();
+        settings.set("lighting.roughness", "0.5").unwrap();
+        let listed = settings.describe(&Registry::builtin());
+        for (key, value) in
+            [("lighting.preset", "milk"), ("lighting.turbidity", "60"), ("lighting.roughness", "0.5")]
+        {
+            assert!(listed.contains(&(key.to_owned(), value.to_owned())), "{key} in {listed:?}");
+        }
     }
 
     #[test]

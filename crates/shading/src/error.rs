@@ -25,11 +25,11 @@ pub enum ShadingError {
         /// Name of the model.
         model: &'static str,
         /// Name of the parameter.
-        name: &'static str,
+        name: String,
         /// The value found.
         found: f32,
         /// What is allowed.
-        expected: &'static str,
+        expected: String,
     },
     /// The GPU refused a resource or a shader.
     #[error(transparent)]

@@ -4,28 +4,42 @@
 //! the water composited over the scene. Models are found by name in a [`LightingRegistry`], which is a plain value that a
 //! program may extend.
 
+pub mod conformance;
 mod error;
+mod formula;
+mod liquid;
+mod medium;
 mod model;
 mod models;
 mod opaque;
+mod parameters;
 mod registry;
 mod solid;
 mod surroundings;
 pub mod twin;
+mod vtk_names;
 mod water_shadow;
 
 pub use error::ShadingError;
-pub use model::{LightingInputs, LightingModel, LightingPass, Parameters, WaterScale};
-pub use models::{Fluid, FluidParameters};
+pub use formula::{Formula, PixelModel};
+pub use liquid::Liquid;
+pub use medium::{MediumParameters, MediumUniform};
+pub use model::{LightingInputs, LightingModel, LightingPass, Parameters, Promises, WaterScale};
+pub use models::{
+    BlinnPhong, BlinnPhongParameters, DisplayMode, Fluid, FluidParameters, Granular, GranularParameters,
+    Lambert, LambertParameters, OpaqueLiquid, OpaqueLiquidParameters, PointLight, PointLightParameters, Vtk,
+    VtkParameters,
+};
 pub use opaque::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
 pub use solid::{SolidPass, SolidSurface};
 pub use surroundings::{MaterialUniform, SkyUniform, Surroundings};
+pub use vtk_names::VTK_NAMES;
 pub use water_shadow::{SunPath, WaterShadow};
 
 use meniscus_gpu::{Shader, shader};
 
-/// Includes of this stage, dependencies first: `meniscus::brdf`, `material`, `sky`, `lit`, `surroundings`, `water`.
+/// Includes of this stage, dependencies first: `meniscus::brdf` and so on, by the names of the files.
 pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/brdf"),
     shader!(include "shading/material"),
@@ -33,4 +47,11 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/lit"),
     shader!(include "shading/surroundings"),
     shader!(include "shading/water"),
+    shader!(include "shading/body"),
+    shader!(include "shading/medium"),
+    shader!(include "shading/lighting_inputs"),
+    shader!(include "shading/neighbourhood"),
+    shader!(include "shading/refraction"),
+    shader!(include "shading/reflection"),
+    shader!(include "shading/shadow"),
 ];

@@ -1,7 +1,7 @@
 use meniscus_gpu::role::{
     EyeDistance, Radiance, SceneColor, SceneDistance, SurfaceColor, Thickness, ViewNormal,
 };
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
+use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
 use crate::{ShadingError, SunPath, Surroundings};
@@ -18,6 +18,26 @@ pub struct WaterScale {
     pub spacing_world: f32,
     /// Metres per world unit; 1 unless the user says otherwise, since files do not state it.
     pub metres_per_world: f32,
+}
+
+impl WaterScale {
+    /// 1 / the depth that optical depths act over, which is `given` or else the representative one, 1 / world units; 0 for one
+    /// without meaning.
+    pub fn per_depth(&self, given: Option<f32>) -> f32 {
+        let depth = given.unwrap_or(self.depth_world);
+        let usable = depth.is_normal() && depth > 0.0;
+        if usable { depth.recip() } else { 0.0 }
+    }
+
+    /// The spacing, 0 for one without meaning.
+    pub fn usable_spacing(&self) -> f32 {
+        if self.spacing_world.is_finite() { self.spacing_world.max(0.0) } else { 0.0 }
+    }
+
+    /// Extinction of what light does not get through: a spacing of it is dark. 1 / world units.
+    pub(crate) fn opaque_extinction(&self) -> f32 {
+        3.0 * Self { depth_world: self.usable_spacing(), ..*self }.per_depth(None)
+    }
 }
 
 /// What a lighting model reads. All images but `sun_path` and an empty `surface_color` have the camera's size.
@@ -46,6 +66,40 @@ pub struct LightingInputs<'a> {
     pub sun_path: &'a Image<SunPath>,
 }
 
+impl LightingInputs<'_> {
+    /// Everything under its name in `meniscus::lighting_inputs`, for a pass of this frame.
+    pub fn bindings(&self, recorder: &mut Recorder) -> Vec<(&'static str, Binding)> {
+        vec![
+            ("camera", recorder.uniform(self.camera)),
+            ("surroundings", recorder.uniform(self.surroundings)),
+            ("distances", self.distance.bind()),
+            ("thicknesses", self.thickness.bind()),
+            ("normals", self.normal.bind()),
+            ("surface_colors", self.surface_color.bind()),
+            ("scene_color", self.scene_color.bind()),
+            ("scene_distance", self.scene_distance.bind()),
+            ("sun_paths", self.sun_path.bind()),
+        ]
+    }
+}
+
+/// What a lighting model keeps to beside what every model does; the conformance suite holds it to that.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Promises {
+    /// Water as thin as nothing shows the scene: no hard edges.
+    pub fades_with_thickness: bool,
+    /// In surroundings of one radiance, which the scene has as well, no pixel is brighter than that.
+    pub makes_no_light: bool,
+    /// Calm water without absorption and scattering reflects by Fresnel's equations, and the rest of the light comes through.
+    /// The model has the parameters `refractive_index`, `attenuation_scale` and `turbidity`.
+    pub reflects_by_fresnel: bool,
+    /// Light comes through the water by Beer-Lambert's law. The model has the parameters `attenuation_color`,
+    /// `attenuation_depth` and `attenuation_scale`.
+    pub absorbs_by_beer_lambert: bool,
+    /// The colour that an attribute gives the water can be read off it.
+    pub shows_attributes: bool,
+}
+
 /// A way to shade water, with its parameters: a plain value without GPU resources.
 pub trait LightingModel: Send + Sync {
     /// Name in the registry, in flags and in reports.
@@ -56,6 +110,11 @@ pub trait LightingModel: Send + Sync {
 
     /// The parameters, all of them.
     fn parameters(&self) -> Parameters;
+
+    /// What the model keeps to; nothing in particular unless it says so.
+    fn promises(&self) -> Promises {
+        Promises::default()
+    }
 
     /// Compiles the model for `gpu`; once per program and model.
     ///

@@ -1,7 +1,10 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::{Fluid, LightingModel, Parameters, ShadingError};
+use crate::{
+    BlinnPhong, Fluid, Granular, Lambert, LightingModel, OpaqueLiquid, Parameters, PointLight, ShadingError,
+    Vtk,
+};
 
 /// Which lighting model shades the water.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -31,7 +34,14 @@ pub struct LightingRegistry {
 impl LightingRegistry {
     /// The models of this crate, the default first.
     pub fn builtin() -> Self {
-        Self { entries: Vec::new() }.with(Fluid::NAME, |p| Ok(Box::new(Fluid::from_parameters(p)?)))
+        Self { entries: Vec::new() }
+            .with(Fluid::NAME, Fluid::make)
+            .with(Vtk::NAME, Vtk::make)
+            .with(PointLight::NAME, PointLight::make)
+            .with(Lambert::NAME, Lambert::make)
+            .with(BlinnPhong::NAME, BlinnPhong::make)
+            .with(OpaqueLiquid::NAME, OpaqueLiquid::make)
+            .with(Granular::NAME, Granular::make)
     }
 
     /// With the model `name`, which replaces one of the same name.

@@ -173,6 +173,11 @@ impl Surroundings {
     /// Haze takes over at this many sizes of the data: beyond what is looked at, near enough to hide the horizon's edge.
     const HAZE_SIZES: f32 = 40.0;
 
+    /// Diagonal of the data, world units.
+    pub(crate) fn size_world(&self) -> f32 {
+        1.0 / (Self::HAZE_SIZES * self.haze_per_world).max(f32::MIN_POSITIVE)
+    }
+
     /// The uniform of `scene`.
     pub fn new(scene: &Scene) -> Self {
         let frame = UpFrame::new(scene.up);

@@ -1,7 +1,6 @@
 // The water as a chart: colour by the length of water behind a pixel, contour lines at equal steps of it, relief.
-#import meniscus::camera::Camera
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, shows_water, to_world}
 #import meniscus::surface::{is_empty, unpack_normal}
-#import meniscus::surroundings::Surroundings
 
 struct Chart {
     // Linear radiance from no water to the end of the map.
@@ -14,15 +13,7 @@ struct Chart {
     relief: f32,
 }
 
-@group(0) @binding(0) var<uniform> camera: Camera;
-@group(0) @binding(1) var<uniform> surroundings: Surroundings;
-@group(0) @binding(2) var<uniform> chart: Chart;
-@group(0) @binding(3) var<storage, read> distances: array<f32>;
-@group(0) @binding(4) var<storage, read> thicknesses: array<f32>;
-@group(0) @binding(5) var<storage, read> normals: array<u32>;
-@group(0) @binding(6) var scene_color: texture_2d<f32>;
-@group(0) @binding(7) var scene_distance: texture_2d<f32>;
-@group(0) @binding(8) var<storage, read_write> radiance: array<vec4<f32>>;
+@group(0) @binding(2) var<uniform> model: Chart;
 
 const LAST_STOP: f32 = 8.0;
 // Contours closer than this many line widths fade, and at a quarter of it are gone: a patch of lines tells nothing.
@@ -57,22 +48,22 @@ fn slope(at: vec2<i32>, axis: vec2<i32>) -> f32 {
 }
 
 fn map_color(thickness: f32) -> vec3<f32> {
-    let place = clamp(thickness / chart.depth_world, 0.0, 1.0) * LAST_STOP;
+    let place = clamp(thickness / model.depth_world, 0.0, 1.0) * LAST_STOP;
     let stop = min(floor(place), LAST_STOP - 1.0);
-    return mix(chart.map[u32(stop)].rgb, chart.map[u32(stop) + 1u].rgb, place - stop);
+    return mix(model.map[u32(stop)].rgb, model.map[u32(stop) + 1u].rgb, place - stop);
 }
 
 // How much of a pixel a contour line covers.
 fn contour(at: vec2<i32>, thickness: f32) -> f32 {
     let per_px = length(vec2(slope(at, vec2(1, 0)), slope(at, vec2(0, 1))));
-    if chart.step_world <= 0.0 || per_px < 1e-6 * chart.step_world {
+    if model.step_world <= 0.0 || per_px < 1e-6 * model.step_world {
         return 0.0;
     }
     // No line where there is no water.
-    let nearest = max(round(thickness / chart.step_world), 1.0) * chart.step_world;
+    let nearest = max(round(thickness / model.step_world), 1.0) * model.step_world;
     let off_px = abs(thickness - nearest) / per_px;
-    let room = chart.step_world / (per_px * chart.line_px * ROOM_PER_LINE);
-    return clamp(0.5 * chart.line_px + 0.5 - off_px, 0.0, 1.0) * smoothstep(0.25, 1.0, room);
+    let room = model.step_world / (per_px * model.line_px * ROOM_PER_LINE);
+    return clamp(0.5 * model.line_px + 0.5 - off_px, 0.0, 1.0) * smoothstep(0.25, 1.0, room);
 }
 
 @compute @workgroup_size(8, 8)
@@ -82,14 +73,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let pixel = id.y * camera.size_px.x + id.x;
     let at = vec2<i32>(id.xy);
-    let distance = distances[pixel];
-    if is_empty(distance) || distance >= textureLoad(scene_distance, at, 0).x {
+    if !shows_water(id.xy) {
         radiance[pixel] = textureLoad(scene_color, at, 0);
         return;
     }
-    let thickness = max(thicknesses[pixel], 0.0);
-    let normal = (camera.world_from_view * vec4(unpack_normal(normals[pixel]), 0.0)).xyz;
+    let thickness = thicknesses[pixel];
+    let normal = to_world(unpack_normal(normals[pixel]));
     let light = mix(SHADE, 1.0, 0.5 + 0.5 * dot(normal, surroundings.sky.sun_direction));
     let ink = mix(1.0, INK, contour(at, thickness));
-    radiance[pixel] = vec4(map_color(thickness) * mix(1.0, light, chart.relief) * ink, 1.0);
+    radiance[pixel] = vec4(map_color(thickness) * mix(1.0, light, model.relief) * ink, 1.0);
 }

@@ -10,10 +10,11 @@ use crate::{ChartUniform, STOPS};
 pub fn shade_pixel(chart: &ChartUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
     let index = (pixel[1] * input.camera.size_px[0] + pixel[0]) as usize;
     let distance = input.distance[index];
-    if distance >= NO_SURFACE || distance >= input.scene_distance[index] {
+    let thickness = input.thickness[index];
+    let shown = 0.0..input.scene_distance[index].min(NO_SURFACE);
+    if distance <= 0.0 || !shown.contains(&distance) || thickness.is_nan() || thickness <= 0.0 {
         return input.scene_color[index];
     }
-    let thickness = input.thickness[index].max(0.0);
     let world_from_view = Mat4::from_cols_array_2d(&input.camera.world_from_view);
     let normal = world_from_view.transform_vector3(unpack_normal(input.normal[index]));
     let facing_sun = 0.5 + 0.5 * normal.dot(input.surroundings.sky.sun_direction.into());

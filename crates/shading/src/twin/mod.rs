@@ -1,11 +1,24 @@
 //! CPU twins: the same functions as the shaders' in the same order, in `f32`, module by module
 //! (`shaders/shading/<module>.inc.wgsl`). They are what the passes are tested against.
 
+pub(crate) mod blinn_phong;
+mod body;
 pub mod brdf;
 pub(crate) mod fluid;
+pub(crate) mod granular;
+pub(crate) mod lambert;
+mod medium;
+mod neighbourhood;
+pub(crate) mod opaque_liquid;
+pub(crate) mod point_light;
+mod reflection;
+mod refraction;
+mod shadow;
 pub(crate) mod sky;
 pub(crate) mod surroundings;
 mod view;
+pub(crate) mod vtk;
+mod water;
 mod water_shadow;
 
 pub use water_shadow::water_shadow;

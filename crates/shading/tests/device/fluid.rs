@@ -1,12 +1,13 @@
-//! The `fluid` model against paper answers and against its twin, on a real device.
+//! The `fluid` model against paper answers, on a real device; what every model keeps to is in `conformance.rs`.
 
-use crate::support::{Frame, Water, cast, gpu, pack_normal, tiled_scene};
+use crate::support::{gpu, render, tiled_scene};
 use glam::Vec3;
 use meniscus_core::{Aabb, Camera, Projection, UpAxis};
 use meniscus_gpu::CameraUniform;
 use meniscus_gpu::role::NO_SURFACE;
 use meniscus_scene::{Scene, Sky};
-use meniscus_shading::{Fluid, FluidParameters, LightingModel, Surroundings, WaterScale};
+use meniscus_shading::conformance::{Frame, Water, cast, pack_normal};
+use meniscus_shading::{Fluid, FluidParameters, LightingModel, MediumParameters, Surroundings};
 
 const SIZE: [u32; 2] = [96, 64];
 const BOUNDS: Aabb = Aabb { min: Vec3::ZERO, max: Vec3::new(2.0, 0.5, 1.0) };
@@ -41,22 +42,6 @@ fn wavy_pool(camera: &Camera) -> Water {
     cast(&CameraUniform::new(camera, SIZE), BOUNDS, 0.01, waves)
 }
 
-/// Furnace test (`algorithms.md` 14.7): what is white all around stays white, whatever the surface does, with scattering
-/// and spray but without absorption.
-#[test]
-fn white_surroundings_make_a_flat_white_image() {
-    let gpu = gpu();
-    let model = Fluid::new(FluidParameters { attenuation_color: [0.0; 3], ..Default::default() }).unwrap();
-    for camera in cameras() {
-        let frame = Frame::plain(&camera, SIZE, &white_scene(), wavy_pool(&camera), [1.0; 4], 1e3);
-        assert!(frame.water.distance.iter().filter(|d| **d < NO_SURFACE).count() > 1000);
-        for pixel in frame.render(&gpu, &model) {
-            // 1e-3: irradiance by quadrature, and sums of weights in f32.
-            assert!(pixel.iter().all(|c| (c - 1.0).abs() < 1e-3), "{pixel:?}");
-        }
-    }
-}
-
 /// Beer-Lambert wedge (`algorithms.md` 14.8): thickness grows from left to right over a white floor, seen straight down, so
 /// the logarithm of the colour falls linearly with slope -sigma.
 #[test]
@@ -80,27 +65,27 @@ fn a_wedge_darkens_exponentially_with_the_given_slope() {
         normal: vec![pack_normal(Vec3::Z); pixels],
     };
     let mut frame = Frame::plain(&camera, SIZE, &scene, water, [1.0; 4], 1e3);
-    let given = FluidParameters {
+    let given = MediumParameters {
         attenuation_color: [1.5, 0.5, 0.1],
         attenuation_depth: Some(1.0),
         turbidity: 0.0,
         ..Default::default()
     };
-    let pure = FluidParameters { pure_water: true, ..given.clone() };
-    let millimetres = FluidParameters { attenuation_scale: 1e3, ..pure.clone() };
+    let pure = MediumParameters { pure_water: true, ..given.clone() };
+    let millimetres = MediumParameters { attenuation_scale: 1e3, ..pure.clone() };
     // Pope & Fry 1997, as stated in `algorithms.md` 10; in millimetres a thousand times as much stands for the same.
     let published = [0.45, 0.07, 0.02];
     let transmitted = 1.0 - ((1.333f32 - 1.0) / (1.333 + 1.0)).powi(2);
-    for (parameters, metres_per_world, sigma) in [
+    for (medium, metres_per_world, sigma) in [
         (given, 1.0, [1.5, 0.5, 0.1]),
         (pure.clone(), 1.0, published),
         (pure, 1e-3, published.map(|k| k * 1e-3)),
         (millimetres, 1e-3, published),
     ] {
         frame.scale.metres_per_world = metres_per_world;
-        let model = Fluid::new(parameters).unwrap();
+        let model = Fluid::new(FluidParameters { medium, ..Default::default() }).unwrap();
         let twin = frame.twin(&model);
-        for ((pixel, twin), t) in frame.render(&gpu, &model).iter().zip(&twin).zip(&thickness) {
+        for ((pixel, twin), t) in render(&frame, &gpu, &model).iter().zip(&twin).zip(&thickness) {
             for c in 0..3 {
                 for value in [pixel[c], twin[c]] {
                     let slope = (value / transmitted).ln() / -t;
@@ -147,8 +132,9 @@ fn a_ball_under_water_is_seen_once_and_where_snell_says() {
             frame.scene_color[i] = [0.0, 0.0, 0.0, 1.0];
         }
     }
-    let clear = FluidParameters { attenuation_color: [0.0; 3], turbidity: 0.0, ..Default::default() };
-    let image = frame.render(&gpu(), &Fluid::new(clear).unwrap());
+    let medium = MediumParameters { attenuation_color: [0.0; 3], turbidity: 0.0, ..Default::default() };
+    let clear = FluidParameters { medium, ..Default::default() };
+    let image = render(&frame, &gpu(), &Fluid::new(clear).unwrap());
     let bent = {
         let eta = 1.0 / 1.333f32;
         let sine = eta * towards_eye.z;
@@ -186,112 +172,6 @@ fn position_px(camera: &CameraUniform, pixel: usize) -> [f32; 2] {
     [half_width * middle(pixel % width, width), -half_height * middle(pixel / width, height)]
 }
 
-/// The GPU follows the twin for both projections, over a drawn scene with floor and sky, at the borders too.
-#[test]
-fn the_pass_follows_its_twin() {
-    let gpu = gpu();
-    let model = Fluid::default();
-    for camera in cameras() {
-        let scene = tiled_scene();
-        let water = wavy_pool(&camera);
-        let mut frame = Frame::plain(&camera, SIZE, &scene, water, [0.0; 4], NO_SURFACE);
-        floor_by_hand(&mut frame);
-        let (found, expected) = (frame.render(&gpu, &model), frame.twin(&model));
-        let mut worst: Vec<f32> = found
-            .iter()
-            .zip(&expected)
-            .map(|(f, e)| (0..4).map(|c| (f[c] - e[c]).abs() / (0.05 + e[c].abs())).fold(0.0, f32::max))
-            .collect();
-        worst.sort_by(f32::total_cmp);
-        // Rounding: 1e-3 relative nearly everywhere. At the rim of the water a last bit decides which pixel a refracted ray
-        // samples, and a mirrored ray near the horizon whether it meets the floor: under 1 % of the pixels.
-        assert!(worst[worst.len() * 99 / 100] < 1e-3, "99th percentile {}", worst[worst.len() * 99 / 100]);
-        let mean = worst.iter().sum::<f32>() / worst.len() as f32;
-        assert!(mean < 1e-3, "mean {mean}");
-    }
-}
-
-/// A floor with a coarse pattern and its exact distance, so that the march and the bilinear fetch matter.
-fn floor_by_hand(frame: &mut Frame) {
-    let camera = frame.camera;
-    let floor = cast(
-        &camera,
-        Aabb { min: Vec3::new(-3.0, -0.1, -3.0), max: Vec3::new(5.0, 0.004, 4.0) },
-        0.002,
-        |p| p.y - 0.003,
-    );
-    for (i, &d) in floor.distance.iter().enumerate() {
-        if d < NO_SURFACE {
-            frame.scene_distance[i] = d;
-            // Exact in half precision.
-            let shade = 0.25 + 0.5 * ((i / 7 + i / SIZE[0] as usize / 5) % 2) as f32;
-            frame.scene_color[i] = [shade, 0.5, 0.75, 1.0];
-        }
-    }
-}
-
-#[test]
-fn water_behind_an_object_and_no_water_show_the_scene() {
-    let gpu = gpu();
-    let [camera, _] = cameras();
-    let mut frame =
-        Frame::plain(&camera, SIZE, &tiled_scene(), wavy_pool(&camera), [0.25, 0.5, 0.75, 1.0], 1e-2);
-    assert!(frame.render(&gpu, &Fluid::default()).iter().all(|p| *p == [0.25, 0.5, 0.75, 1.0]));
-    frame.scene_distance.fill(NO_SURFACE);
-    let image = frame.render(&gpu, &Fluid::default());
-    assert!(image.iter().any(|p| *p != [0.25, 0.5, 0.75, 1.0]));
-}
-
-/// No jump where water ends: as the thickness goes to zero the picture goes to the scene.
-#[test]
-fn vanishing_thickness_is_the_scene() {
-    let gpu = gpu();
-    let [camera, _] = cameras();
-    let mut water = wavy_pool(&camera);
-    water.thickness.iter_mut().for_each(|t| *t = t.min(1e-5));
-    let frame = Frame::plain(&camera, SIZE, &tiled_scene(), water, [0.25, 0.5, 0.75, 1.0], 1e3);
-    for pixel in frame.render(&gpu, &Fluid::default()) {
-        for (c, scene) in [0.25, 0.5, 0.75].into_iter().enumerate() {
-            // 1e-3: the soft edge at a thousandth of its width, times a radiance of at most some tens.
-            assert!((pixel[c] - scene).abs() < 1e-3, "{pixel:?}");
-        }
-    }
-}
-
-#[test]
-fn absurd_inputs_stay_finite() {
-    let gpu = gpu();
-    let [camera, parallel] = cameras();
-    let odd_normals = [0u32, u32::MAX, 0x8000_8000, 0x7fff_7fff, 0x8001_0000];
-    for camera in [camera, parallel] {
-        let mut frame = Frame::plain(&camera, SIZE, &tiled_scene(), wavy_pool(&camera), [1.0; 4], NO_SURFACE);
-        for i in 0..frame.water.distance.len() {
-            frame.water.distance[i] = [1e-3, 5.0, 1e12, 1e30, NO_SURFACE][i % 5];
-            frame.water.thickness[i] = [0.0, -1.0, 1e-30, 1e6, 1e20, 0.3][i % 6];
-            frame.water.normal[i] = odd_normals[i % 7 % 5];
-        }
-        for depth_world in [0.0, 1e-20, 1.0, 1e20, f32::NAN] {
-            frame.scale = WaterScale { depth_world, spacing_world: depth_world, metres_per_world: 1.0 };
-            for pixel in frame.render(&gpu, &Fluid::default()) {
-                assert!(pixel.iter().all(|c| c.is_finite() && *c >= 0.0), "depth {depth_world}: {pixel:?}");
-            }
-        }
-    }
-}
-
-#[test]
-fn one_pixel_and_odd_sizes_work_and_repeat_bit_for_bit() {
-    let gpu = gpu();
-    for size in [[1, 1], [1, 7], [33, 1], [13, 9]] {
-        let camera = Camera::fit(&BOUNDS.corners(), Vec3::new(-0.4, -0.6, -0.8), Vec3::Y, 0.8, size, 0.5);
-        let water = cast(&CameraUniform::new(&camera, size), BOUNDS, 0.02, waves);
-        let frame = Frame::plain(&camera, size, &tiled_scene(), water, [0.5; 4], NO_SURFACE);
-        let image = frame.render(&gpu, &Fluid::default());
-        assert_eq!(image.len(), (size[0] * size[1]) as usize);
-        assert_eq!(image, frame.render(&gpu, &Fluid::default()));
-    }
-}
-
 #[test]
 fn parameters_change_the_picture_and_bad_ones_do_not() {
     let gpu = gpu();
@@ -308,7 +188,7 @@ fn parameters_change_the_picture_and_bad_ones_do_not() {
     let [camera, _] = cameras();
     let frame = Frame::plain(&camera, SIZE, &scene, wavy_pool(&camera), [0.5; 4], 1e3);
     let turbid = Fluid::from_parameters(&parameters).unwrap();
-    assert_ne!(frame.render(&gpu, &model), frame.render(&gpu, &turbid));
+    assert_ne!(render(&frame, &gpu, &model), render(&frame, &gpu, &turbid));
 }
 
 /// Spray whitens a single drop, and neither waves nor the edges of the pool.
@@ -320,7 +200,7 @@ fn spray_is_for_single_drops() {
     let without_drop = cast(&CameraUniform::new(&camera, SIZE), BOUNDS, 0.01, pool).distance;
     let frame = Frame::plain(&camera, SIZE, &tiled_scene(), wavy_pool(&camera), [0.1, 0.1, 0.1, 1.0], 1e3);
     let image =
-        |spray| frame.render(&gpu, &Fluid::new(FluidParameters { spray, ..Default::default() }).unwrap());
+        |spray| render(&frame, &gpu, &Fluid::new(FluidParameters { spray, ..Default::default() }).unwrap());
     let whitened: Vec<usize> = image(0.0)
         .iter()
         .zip(image(1.0))

@@ -1,6 +1,7 @@
 //! The passes on a real device: a missing adapter is a failure, not a skip.
 
 mod brdf;
+mod conformance;
 mod fluid;
 mod scene;
 mod support;

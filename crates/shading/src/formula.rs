@@ -1,0 +1,138 @@
+use std::fmt::Debug;
+
+use meniscus_gpu::role::Radiance;
+use meniscus_gpu::{
+    ComputePipeline, ComputePipelineDescriptor, Dispatch, Gpu, HostStruct, Image, Recorder, Shader,
+};
+use schemars::JsonSchema;
+use serde::{Serialize, de::DeserializeOwned};
+
+use crate::twin::TwinInput;
+use crate::{
+    INCLUDES, LightingInputs, LightingModel, LightingPass, Liquid, Parameters, Promises, ShadingError,
+    Surroundings, WaterScale, parameters,
+};
+
+/// The parameters of a model that is one compute pass over all pixels, and what becomes of them: all that such a model has
+/// of its own. [`PixelModel`] makes a [`LightingModel`] of it.
+///
+/// Every field is written to JSON under its own name; the ranges of the schema are the ones that are checked.
+pub trait Formula:
+    Clone + Debug + Default + PartialEq + Serialize + DeserializeOwned + JsonSchema + Send + Sync + 'static
+{
+    /// Name in the registry.
+    const NAME: &'static str;
+    /// The pass. Its own uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`.
+    const SHADER: Shader;
+    /// Name of the pass in reports, `stage.pass`.
+    const PASS: &'static str;
+    /// The parameters as the GPU sees them.
+    type Uniform: HostStruct;
+
+    /// The parameters for a kind of liquid; a model without a parameter `preset` has one kind.
+    fn of_liquid(_: Liquid) -> Self {
+        Self::default()
+    }
+
+    /// What the model keeps to with these parameters; nothing in particular unless it says so.
+    fn promises(&self) -> Promises {
+        Promises::default()
+    }
+
+    /// The uniform for water of this scale; a scale without meaning (zero, NaN) gives finite numbers, too.
+    fn uniform(&self, scale: WaterScale, surroundings: &Surroundings) -> Self::Uniform;
+
+    /// The pass on the CPU: radiance and coverage of one pixel.
+    fn shade_pixel(uniform: &Self::Uniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4];
+}
+
+/// A lighting model that shades every pixel by a [`Formula`].
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct PixelModel<F> {
+    parameters: F,
+}
+
+impl<F: Formula> PixelModel<F> {
+    /// Name in the registry.
+    pub const NAME: &'static str = F::NAME;
+
+    /// The model with these parameters.
+    ///
+    /// # Errors
+    /// [`ShadingError::OutOfRange`] for the first value outside of its range in the schema.
+    pub fn new(parameters: F) -> Result<Self, ShadingError> {
+        parameters::check(&parameters)?;
+        Ok(Self { parameters })
+    }
+
+    /// The model with parameters from JSON, of which any may be left out or go by VTK's name.
+    ///
+    /// # Errors
+    /// Unknown names, wrong types, values out of range.
+    pub fn from_parameters(parameters: &Parameters) -> Result<Self, ShadingError> {
+        Ok(Self { parameters: parameters::read(parameters)? })
+    }
+
+    /// As [`Self::from_parameters`], in the form that a [`LightingRegistry`](crate::LightingRegistry) takes.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn make(parameters: &Parameters) -> Result<Box<dyn LightingModel>, ShadingError> {
+        Ok(Box::new(Self::from_parameters(parameters)?))
+    }
+}
+
+impl<F: Formula> LightingModel for PixelModel<F> {
+    fn name(&self) -> &'static str {
+        F::NAME
+    }
+
+    fn schema(&self) -> schemars::Schema {
+        schemars::schema_for!(F)
+    }
+
+    fn parameters(&self) -> Parameters {
+        parameters::write(&self.parameters)
+    }
+
+    fn promises(&self) -> Promises {
+        self.parameters.promises()
+    }
+
+    fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
+        let descriptor =
+            ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(F::SHADER) };
+        Ok(Box::new(PixelPass { model: self.clone(), pipeline: gpu.compute_pipeline(&descriptor)? }))
+    }
+
+    fn twin(&self, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
+        F::shade_pixel(&self.parameters.uniform(input.scale, input.surroundings), input, pixel)
+    }
+}
+
+struct PixelPass<F> {
+    model: PixelModel<F>,
+    pipeline: ComputePipeline,
+}
+
+impl<F: Formula> LightingPass for PixelPass<F> {
+    fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), ShadingError> {
+        self.model = PixelModel::from_parameters(parameters)?;
+        Ok(())
+    }
+
+    fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        inputs: &LightingInputs<'_>,
+        output: &Image<Radiance>,
+    ) {
+        let uniform = self.model.parameters.uniform(inputs.scale, inputs.surroundings);
+        let mut bindings = inputs.bindings(recorder);
+        bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
+        bindings.retain(|(name, _)| self.pipeline.binds(name));
+        let size = Dispatch::Pixels(inputs.camera.size_px);
+        recorder.compute(gpu, F::PASS, &self.pipeline, &bindings, size);
+    }
+}

@@ -1,0 +1,92 @@
+// Sand, gravel, debris: a rough diffuse body (Oren & Nayar 1994, in the closed form of Fujii), dark in the gaps between
+// grains, with a film of water if it is wet.
+
+#import meniscus::body::ambient
+#import meniscus::brdf::{PI, fresnel_dielectric}
+#import meniscus::camera::{px_per_world, view_position}
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::medium::Medium
+#import meniscus::reflection::{environment, mirrored, sun_glint}
+#import meniscus::shadow::shadow
+#import meniscus::surface::unpack_normal
+#import meniscus::water::{WaterPoint, water_point}
+
+struct Granular {
+    color: vec3<f32>,
+    // 1: rough as dry sand, 0: Lambert's law.
+    roughness: f32,
+    gaps: f32,
+    wetness: f32,
+    spacing_world: f32,
+    // 1 / world unit.
+    shadow_extinction: f32,
+}
+
+@group(0) @binding(2) var<uniform> model: Granular;
+
+const MAX_SHADOW: f32 = 0.9;
+const FILM_INDEX: f32 = 1.333;
+const FILM_ALPHA: f32 = 0.12;
+// How much darker wet grains are (Lekner & Dorf 1988).
+const WET_TONE: f32 = 0.55;
+
+// How far around the gaps between grains are looked for.
+const NEAR_SPACINGS: f32 = 0.8;
+const FAR_SPACINGS: f32 = 2.2;
+const MAX_GAP_PX: f32 = 48.0;
+
+// How far what is around stands above the surface, 0 to 1.
+fn enclosed(pixel: vec2<u32>, water: WaterPoint) -> f32 {
+    let spacing_px = model.spacing_world * px_per_world(camera, water.distance);
+    let last = vec2<i32>(camera.size_px) - 1;
+    let offsets = array(vec2(-1, 0), vec2(1, 0), vec2(0, -1), vec2(0, 1));
+    var sum = 0.0;
+    for (var k = 0; k < 8; k++) {
+        let spacings = select(NEAR_SPACINGS, FAR_SPACINGS, k > 3);
+        let reach_px = i32(clamp(spacings * spacing_px, 1.0, MAX_GAP_PX));
+        let at = vec2<u32>(clamp(vec2<i32>(pixel) + reach_px * offsets[k & 3], vec2(0), last));
+        // What is not there, or far in front, does not enclose.
+        let other = clamp(distances[pixel_index(at)], water.distance - 4.0 * model.spacing_world, 2.0 * water.distance);
+        let across = view_position(camera, vec2<f32>(at) + 0.5, other) - water.position_view;
+        sum += clamp(dot(water.normal_view, across) / max(length(across), 1e-20) - 0.05, 0.0, 1.0);
+    }
+    return min(sum * 0.25, 1.0);
+}
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= camera.size_px) {
+        return;
+    }
+    let index = pixel_index(id.xy);
+    let here_px = vec2<f32>(id.xy) + 0.5;
+    let dim = shadow(here_px, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
+    let scene = textureLoad(scene_color, id.xy, 0) * vec4(dim, 1.0);
+    if !shows_water(id.xy) {
+        radiance[index] = scene;
+        return;
+    }
+    let sky = surroundings.sky;
+    let water = water_point(camera, id.xy, distances[index], unpack_normal(normals[index]));
+    let normal = to_world(water.normal_view);
+    let to_eye = to_world(water.to_eye_view);
+    let tint = attribute_color(id.xy);
+
+    let base = mix(model.color, tint.rgb, tint.a);
+    let wet = model.wetness * (1.0 - tint.a);
+    let albedo = base * mix(1.0, WET_TONE, wet);
+    let s2 = model.roughness * model.roughness;
+    let a = 1.0 - 0.5 * s2 / (s2 + 0.33);
+    let b = 0.45 * s2 / (s2 + 0.09);
+    let n_l = max(dot(normal, sky.sun_direction), 0.0);
+    let across = dot(sky.sun_direction, to_eye) - n_l * water.n_v;
+    let lobe = a + b * across / select(1.0, max(max(n_l, water.n_v), 1e-3), across > 0.0);
+    let open = 1.0 - model.gaps * enclosed(id.xy, water);
+    let body = albedo / PI * open * (ambient(sky, normal) + max(lobe, 0.0) * n_l * sky.sun_irradiance);
+
+    let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye));
+    let glint = sun_glint(normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
+    let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
+    let color = mix(body, mirror, film) + wet * open * glint;
+    radiance[index] = mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+}

@@ -1,0 +1,50 @@
+#define_import_path meniscus::lighting_inputs
+
+#import meniscus::camera::Camera
+#import meniscus::surface::is_empty
+#import meniscus::surroundings::Surroundings
+
+// What lighting models read and write, under the names that `LightingInputs::bindings` gives it. Binding 2 is left for the
+// model's own uniform, `model`.
+
+@group(0) @binding(0) var<uniform> camera: Camera;
+@group(0) @binding(1) var<uniform> surroundings: Surroundings;
+@group(0) @binding(3) var<storage, read> distances: array<f32>;
+@group(0) @binding(4) var<storage, read> thicknesses: array<f32>;
+@group(0) @binding(5) var<storage, read> normals: array<u32>;
+@group(0) @binding(6) var scene_color: texture_2d<f32>;
+@group(0) @binding(7) var scene_distance: texture_2d<f32>;
+// One value per block of pixels.
+@group(0) @binding(8) var<storage, read> sun_paths: array<f32>;
+@group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
+// A single pixel without colour where no attribute colours the water.
+@group(0) @binding(10) var<storage, read> surface_colors: array<vec4<f32>>;
+
+fn pixel_index(pixel: vec2<u32>) -> u32 {
+    return pixel.y * camera.size_px.x + pixel.x;
+}
+
+// Whether the pixel shows water: there is some, in front of the scene.
+fn shows_water(pixel: vec2<u32>) -> bool {
+    let index = pixel_index(pixel);
+    let distance = distances[index];
+    return distance > 0.0 && !is_empty(distance) && thicknesses[index] > 0.0 && distance < textureLoad(scene_distance, pixel, 0).x;
+}
+
+// Colour that an attribute gives the water; alpha is how much of the water's own it replaces.
+fn attribute_color(pixel: vec2<u32>) -> vec4<f32> {
+    return clamp(surface_colors[min(pixel_index(pixel), arrayLength(&surface_colors) - 1u)], vec4(0.0), vec4(1.0));
+}
+
+// Less water than a fraction of a particle is a soft edge, not a surface.
+fn coverage(thickness: f32, spacing_world: f32) -> f32 {
+    return smoothstep(0.0, max(0.5 * spacing_world, 1e-30), thickness);
+}
+
+fn to_world(direction_view: vec3<f32>) -> vec3<f32> {
+    return (camera.world_from_view * vec4(direction_view, 0.0)).xyz;
+}
+
+fn point_to_world(position_view: vec3<f32>) -> vec3<f32> {
+    return (camera.world_from_view * vec4(position_view, 1.0)).xyz;
+}

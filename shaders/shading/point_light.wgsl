@@ -1,0 +1,77 @@
+// The model of [Z] (3.1, equation 21) with a light near the water:
+// C = a (1 - R) + b R + I R cos i + I R cos^n theta, where a is the refracted and b the reflected light, and R the Fresnel
+// reflectance at the angle i at which the light arrives.
+
+#import meniscus::body::{COLOR_MIRROR, tinted}
+#import meniscus::brdf::fresnel_dielectric
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::medium::{Medium, transmitted}
+#import meniscus::neighbourhood::neighbourhood
+#import meniscus::reflection::{environment, mirrored}
+#import meniscus::refraction::{background, refracted_path}
+#import meniscus::shadow::shadow
+#import meniscus::water::water_point
+
+struct PointLight {
+    medium: Medium,
+    light_position_world: vec3<f32>,
+    // Between the light and the centre of the data on the floor.
+    light_distance_world: f32,
+    // Radiance of a white diffuser that faces the light at that distance.
+    intensity: vec3<f32>,
+    shininess: f32,
+    refractive_index: f32,
+    refraction_scale: f32,
+    spacing_world: f32,
+    // 1 / world unit.
+    shadow_extinction: f32,
+}
+
+@group(0) @binding(2) var<uniform> model: PointLight;
+
+const MAX_SHADOW: f32 = 0.55;
+// Where the light only grazes the water or does not reach it, its reflectance would go to 1 and the shaded side become a mirror.
+const MIN_INCIDENCE: f32 = 0.2;
+// Nearer to the light than this share of its distance, water gets no brighter.
+const MIN_NEARNESS: f32 = 0.25;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= camera.size_px) {
+        return;
+    }
+    let index = pixel_index(id.xy);
+    let here_px = vec2<f32>(id.xy) + 0.5;
+    let scene = textureLoad(scene_color, id.xy, 0);
+    if !shows_water(id.xy) {
+        radiance[index] = scene * vec4(shadow(here_px, model.medium, model.shadow_extinction, MAX_SHADOW), 1.0);
+        return;
+    }
+    let sky = surroundings.sky;
+    let distance = distances[index];
+    let around = neighbourhood(id.xy, distance, model.spacing_world);
+    let water = water_point(camera, id.xy, distance, around.normal_sum);
+    let normal = to_world(water.normal_view);
+    let to_eye = to_world(water.to_eye_view);
+    let position = point_to_world(water.position_view);
+    let tint = attribute_color(id.xy);
+
+    let to_light = model.light_position_world - position;
+    let nearness = max(length(to_light) / model.light_distance_world, MIN_NEARNESS);
+    let light = to_light / max(length(to_light), 1e-30);
+    let cos_i = max(dot(normal, light), 0.0);
+    let intensity = model.intensity / (nearness * nearness);
+    let reflectance = fresnel_dielectric(max(cos_i, MIN_INCIDENCE), model.refractive_index);
+    let theta = max(dot(reflect(-light, normal), to_eye), 0.0);
+    // No highlight on what is turned away.
+    let highlight = select(0.0, pow(theta, model.shininess), cos_i > 0.0);
+
+    let path = refracted_path(water, thicknesses[index], model.refractive_index, model.refraction_scale, model.spacing_world);
+    let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
+    let behind = dim * background(path.end_px, path.nearest_distance, scene.rgb);
+    let refracted = tinted(sky, transmitted(model.medium, sky, normal, behind, path.length_world), tint, normal);
+    let mirror = environment(position, mirrored(normal, to_eye));
+    let left = reflectance * mix(1.0, COLOR_MIRROR, tint.a);
+    let color = mix(refracted, mirror, left) + intensity * left * (cos_i + highlight);
+    radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+}

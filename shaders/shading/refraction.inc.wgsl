@@ -1,0 +1,154 @@
+#define_import_path meniscus::refraction
+
+#import meniscus::camera::project_px
+#import meniscus::lighting_inputs::{camera, scene_color, scene_distance, surroundings, to_world, point_to_world}
+#import meniscus::surroundings::trace_floor
+#import meniscus::water::WaterPoint
+
+// Where light that comes through the water comes from: the refracted ray, marched against the scene's distance.
+
+// Steps of the march along the refracted ray.
+const MARCH_STEPS: i32 = 4;
+// Halvings of a step in which the ray passes from in front of the scene to behind it.
+const BISECTIONS: i32 = 4;
+// Most that a refracted path may exceed the thickness along the view ray.
+const MIN_PATH_COSINE: f32 = 0.3;
+// More is no water; paths stay finite.
+const MAX_THICKNESS: f32 = 1e30;
+
+fn inside(px: vec2<f32>) -> bool {
+    return all(px >= vec2(0.0)) && all(px < vec2<f32>(camera.size_px));
+}
+
+// How far the point lies in front of the opaque scene along the view axis, within +-`limit`; samples in front of the water
+// do not count as scene, nor does what lies outside of the picture.
+fn clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -> f32 {
+    let px = project_px(camera, position_view);
+    if !inside(px) {
+        return limit;
+    }
+    let scene = textureLoad(scene_distance, vec2<i32>(px), 0).x;
+    return select(clamp(scene + position_view.z, -limit, limit), limit, scene < water_distance);
+}
+
+// As `clearance`, with the scene interpolated between pixels: without it, refracted lines are ragged. The reciprocal distance
+// is linear over the picture of a plane, in parallel projection the distance itself.
+fn smooth_clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -> f32 {
+    let px = project_px(camera, position_view);
+    if !inside(px) {
+        return limit;
+    }
+    let base = floor(px - 0.5);
+    let f = px - 0.5 - base;
+    let last = vec2<i32>(camera.size_px) - 1;
+    let low = clamp(vec2<i32>(base), vec2(0), last);
+    let high = clamp(vec2<i32>(base) + 1, vec2(0), last);
+    let d = vec4(
+        textureLoad(scene_distance, low, 0).x,
+        textureLoad(scene_distance, vec2(high.x, low.y), 0).x,
+        textureLoad(scene_distance, vec2(low.x, high.y), 0).x,
+        textureLoad(scene_distance, high, 0).x,
+    );
+    let weights = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
+    let scene = select(1.0 / max(dot(weights, 1.0 / d), 1e-30), dot(weights, min(d, vec4(1e30))), camera.orthographic != 0u);
+    return select(clamp(scene + position_view.z, -limit, limit), limit, any(d < vec4(water_distance)));
+}
+
+// Where the march along the refracted ray ends.
+struct March {
+    // Length of the path inside the water: to the opaque scene, at most `reach`.
+    length_world: f32,
+    // How far along the path the scene's picture shows what lies ahead, at most `length_world`: beyond, an object hides it.
+    seen_world: f32,
+}
+
+// From where the scene is behind the ray to where it is in front, it is met, or its silhouette is crossed and the ray goes on
+// behind it: bisection tells these apart, since only at a silhouette the gap stays as large as it was.
+fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
+    let step_world = reach / f32(MARCH_STEPS);
+    var seen = 0.0;
+    var seen_gap = reach;
+    var hidden = false;
+    for (var i = 1; i <= MARCH_STEPS; i++) {
+        let end = step_world * f32(i);
+        let end_gap = clearance(water.position_view + end * direction, water.distance, reach);
+        if end_gap < 0.0 && !hidden {
+            var far = end;
+            var far_gap = end_gap;
+            for (var k = 0; k < BISECTIONS; k++) {
+                let middle = 0.5 * (seen + far);
+                let gap = clearance(water.position_view + middle * direction, water.distance, reach);
+                if gap < 0.0 {
+                    far = middle;
+                    far_gap = gap;
+                } else {
+                    seen = middle;
+                    seen_gap = gap;
+                }
+            }
+            if seen_gap - far_gap <= 0.5 * step_world {
+                // False position, then Newton's step on the interpolated scene with the slope found so far.
+                let per_gap = (far - seen) / (seen_gap - far_gap);
+                let s = seen + seen_gap * per_gap;
+                let gap = smooth_clearance(water.position_view + s * direction, water.distance, reach);
+                let met = clamp(s + gap * per_gap, seen, far);
+                return March(met, met);
+            }
+        }
+        hidden = end_gap < 0.0;
+        if !hidden {
+            seen = end;
+            seen_gap = end_gap;
+        }
+    }
+    return March(reach, seen);
+}
+
+// Scene colour around `px`, bilinear over the samples no nearer than `nearest_distance`; `fallback` if all are.
+fn background(px: vec2<f32>, nearest_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
+    let corner = px - 0.5;
+    let base = floor(corner);
+    let f = corner - base;
+    let last = vec2<i32>(camera.size_px) - 1;
+    var sum = vec4(0.0);
+    for (var k = 0; k < 4; k++) {
+        let offset = vec2(k & 1, k >> 1u);
+        let at = clamp(vec2<i32>(base) + offset, vec2(0), last);
+        let weights = mix(1.0 - f, f, vec2<f32>(offset));
+        let behind = textureLoad(scene_distance, at, 0).x >= nearest_distance;
+        // A weight that is never quite zero keeps the quotient below defined.
+        let weight = select(0.0, weights.x * weights.y + 1e-4, behind);
+        sum += weight * vec4(textureLoad(scene_color, at, 0).rgb, 1.0);
+    }
+    return select(fallback, sum.rgb / max(sum.a, 1e-4), sum.a > 0.0);
+}
+
+// The refracted path in the water.
+struct Path {
+    length_world: f32,
+    // From its end on to the floor; huge if it does not lead there.
+    to_floor_world: f32,
+    // Picture point where it ends, as far as it can be seen.
+    end_px: vec2<f32>,
+    // What lies nearer there is in front of the water or of the end.
+    nearest_distance: f32,
+}
+
+// `refraction_scale` is how much of the bending is applied; what is finer than `spacing_world` is not resolved.
+fn refracted_path(water: WaterPoint, thickness: f32, refractive_index: f32, refraction_scale: f32, spacing_world: f32) -> Path {
+    let incident = -water.to_eye_view;
+    let bent = refract(incident, water.normal_view, 1.0 / refractive_index);
+    let direction = normalize(mix(incident, bent, refraction_scale));
+    // The floor is known exactly, and better not left to the march: from a grazing view its first step may end so deep below
+    // the floor that the floor seen there lies in front of the water.
+    let position = point_to_world(water.position_view);
+    let floor_reach = trace_floor(surroundings, position, to_world(direction));
+    let reach = min(clamp(thickness, 0.0, MAX_THICKNESS) / max(dot(direction, incident), MIN_PATH_COSINE), floor_reach);
+    let march = trace_path(water, direction, reach);
+    // What lies outside of the picture is not known: its border stands for it.
+    let end = water.position_view + march.seen_world * direction;
+    let end_px = clamp(project_px(camera, end), vec2(0.0), vec2<f32>(camera.size_px));
+    let tolerance = select(spacing_world + 0.25 * march.seen_world, 0.0, march.seen_world < march.length_world);
+    let nearest_distance = max(water.distance, -end.z - tolerance);
+    return Path(march.length_world, floor_reach - march.length_world, end_px, nearest_distance);
+}

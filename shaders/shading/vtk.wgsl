@@ -1,0 +1,72 @@
+// The composite of VTK's vtkOpenGLFluidMapper, for pictures side by side: Schlick's Fresnel, Beer-Lambert by thickness, the
+// background shifted by the refracted direction, a mirror of the environment, one Phong highlight. Nothing hides what
+// lies in front of the water from refraction, and edges are hard: that is the model.
+
+#import meniscus::body::ambient
+#import meniscus::brdf::{PI, fifth_power}
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, attribute_color, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::reflection::environment
+#import meniscus::refraction::background
+#import meniscus::surface::unpack_normal
+#import meniscus::water::water_point
+
+struct Vtk {
+    // 1 / world unit.
+    attenuation: vec3<f32>,
+    refractive_index: f32,
+    color: vec3<f32>,
+    refraction_scale: f32,
+    additional_reflection: f32,
+    particle_color_power: f32,
+    particle_color_scale: f32,
+    // What attenuates where an attribute colours the water, 1 / world unit.
+    dye_per_world: f32,
+    // 1: an opaque surface instead of a volume.
+    is_opaque: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
+}
+
+@group(0) @binding(2) var<uniform> model: Vtk;
+
+const SHININESS: f32 = 150.0;
+
+@compute @workgroup_size(8, 8)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= camera.size_px) {
+        return;
+    }
+    let index = pixel_index(id.xy);
+    let scene = textureLoad(scene_color, id.xy, 0);
+    if !shows_water(id.xy) {
+        radiance[index] = scene;
+        return;
+    }
+    let sky = surroundings.sky;
+    let water = water_point(camera, id.xy, distances[index], unpack_normal(normals[index]));
+    let normal = to_world(water.normal_view);
+    let to_eye = to_world(water.to_eye_view);
+    let tint = attribute_color(id.xy);
+
+    // The sun in place of VTK's lights, the sky in place of its ambient term.
+    let highlight = pow(max(dot(reflect(-sky.sun_direction, normal), to_eye), 0.0), SHININESS) * sky.sun_irradiance / PI;
+    let dye = 1.0 - pow(max(tint.rgb, vec3(1e-6)), vec3(model.particle_color_power)) * model.particle_color_scale;
+
+    let color = mix(model.color, tint.rgb, tint.a);
+    let diffuse = ambient(sky, normal) + max(dot(normal, sky.sun_direction), 0.0) * sky.sun_irradiance;
+    let opaque_surface = color * diffuse / PI;
+
+    let f0 = (1.0 - model.refractive_index) / (1.0 + model.refractive_index);
+    let schlick = f0 * f0 + (1.0 - f0 * f0) * fifth_power(1.0 - water.n_v);
+    let fresnel = mix(schlick, 1.0, model.additional_reflection);
+    let bent = refract(-water.to_eye_view, water.normal_view, 1.0 / model.refractive_index);
+    let shift = vec2(bent.x, -bent.y) * model.refraction_scale * vec2<f32>(camera.size_px);
+    let at_px = clamp(vec2<f32>(id.xy) + 0.5 + shift, vec2(0.0), vec2<f32>(camera.size_px));
+    let attenuation = mix(model.attenuation, max(dye, vec3(0.0)) * model.dye_per_world, tint.a);
+    let through = exp2(-1.44269504 * attenuation * thicknesses[index]) * background(at_px, 0.0, scene.rgb);
+    let mirror = environment(point_to_world(water.position_view), reflect(-to_eye, normal));
+    let volume = mix(through, mirror, fresnel);
+
+    radiance[index] = vec4(select(volume, opaque_surface, model.is_opaque != 0u) + highlight, 1.0);
+}
