@@ -365,6 +365,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub encoding: EncodingArgs,
 
+    /// Memory for frames read ahead: a share of what is free, or bytes, like 500MB [default: half of what is free].
+    #[arg(long, value_name = "SHARE|BYTES")]
+    pub memory: Option<MemorySize>,
+
     /// Show what level of detail decided instead: lod-kept, lod-chunks, lod-levels on the water, or lod-culled, a map of what
     /// was drawn (green), tested (blue) and left out (red: outside, violet: too near, grey: too far).
     #[arg(long, value_name = "VIEW", conflicts_with = "motion_blur")]

@@ -144,3 +144,29 @@ fn a_bench_shows_its_pictures_steps_and_passes() {
     }
     let _ = program.run("bench dam --size 64x36 --frames 1 --warmup 0 --trace dam").expect(5);
 }
+
+/// With memory for no frame at all, one is read at a time.
+#[test]
+fn memory_decides_how_many_frames_are_read_at_once() {
+    let program = program_with_dam(20_000, 4);
+    let picture = |name: &str, frame: u32| {
+        std::fs::read(program.path(&format!("{name}_{frame}.png"))).expect("a picture")
+    };
+    let reads_at_once = |memory: &str, name: &str| {
+        let flags = format!("--size 64x36 --threads 2 --memory {memory} --trace t.json");
+        program.run(&format!("render dam -o {name}_%d.png {flags}")).ok();
+        let trace = read_json(&program.path("t.json"));
+        let rows = rows(&trace);
+        let reading = |number: u32| {
+            rows.get(&format!("meniscus-read-{number}")).into_iter().flatten().filter(|span| span["name"] == "read")
+        };
+        let ends = |span: &Value| (number(span, "ts"), number(span, "ts") + number(span, "dur"));
+        let overlap = |a: &Value, b: &Value| ends(a).0 < ends(b).1 - ROUNDING_US && ends(b).0 < ends(a).1 - ROUNDING_US;
+        reading(0).any(|a| reading(1).any(|b| overlap(a, b)))
+    };
+    assert!(!reads_at_once("1B", "least"), "two frames were read at once");
+    reads_at_once("0.5", "most");
+    assert!((0..4).all(|frame| picture("least", frame) == picture("most", frame)));
+    let refused = program.run("render dam -o x.png --memory 2").expect(2);
+    assert!(refused.stderr.contains("a share above 0 and at most 1"), "{refused:#?}");
+}

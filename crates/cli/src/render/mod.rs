@@ -77,7 +77,7 @@ pub fn run(
     let maker = Maker::new(&studio, &args.input, args.show, output.depth(), args.supersample, quality);
     let captions = Captions::plan(args, &studio.world, &shots)?;
     let works = works(args, &series, &shots, &look, &captions, &maker, &mut output)?;
-    let prefetcher = prefetcher(&studio, global, &shots, &works, &trace)?;
+    let prefetcher = prefetcher(args, &studio, global, &shots, &works, &trace)?;
     let mut session = Session {
         args,
         report: RenderReport::new(&studio, &series),
@@ -180,6 +180,7 @@ fn files(series: &Series, sample: &Sample) -> Vec<std::path::PathBuf> {
 
 /// Reads ahead what `works` need.
 fn prefetcher(
+    args: &RenderArgs,
     studio: &Studio,
     global: &Global,
     shots: &Shots,
@@ -187,8 +188,10 @@ fn prefetcher(
     trace: &Arc<Trace>,
 ) -> Result<Prefetcher<PreparedFrame>, Failure> {
     let preparer = studio.renderer.preparer(&studio.world);
-    let threads = global.threads.map_or(PrefetchOptions::default().threads, usize::from);
-    let options = PrefetchOptions { threads, request: studio.world.request().clone(), ..Default::default() };
+    let mut options = PrefetchOptions::default();
+    options.threads = global.threads.map_or(options.threads, usize::from);
+    options.request = studio.world.request().clone();
+    options.memory = args.memory.map_or(options.memory, |size| size.0);
     let reader_trace = Arc::clone(trace);
     let prefetcher = Prefetcher::new(
         Arc::new(TracedSource::new(Arc::clone(&shots.source), Arc::clone(trace))),
