@@ -15,6 +15,8 @@ pub struct Resampled {
     moments: Vec<Moment>,
     velocity: Option<String>,
     spacing_world: f32,
+    /// Whether some moments lie between frames, so that those at a frame are what others are made of, too.
+    interpolates: bool,
     kept: Mutex<Vec<Slot>>,
 }
 
@@ -32,7 +34,8 @@ impl Resampled {
         velocity: Option<String>,
         spacing_world: f32,
     ) -> Self {
-        Self { series, moments, velocity, spacing_world, kept: Mutex::default() }
+        let interpolates = moments.iter().any(|moment| matches!(moment.sample, Sample::Between { .. }));
+        Self { series, moments, velocity, spacing_world, interpolates, kept: Mutex::default() }
     }
 
     /// Frame `frame` of the data, from memory where it was just read. What reading it took is told once.
@@ -131,6 +134,12 @@ impl FrameSource for Resampled {
             return Err(FrameError { kind: FrameErrorKind::Usage, file: None, message });
         };
         let mut frame = match moment.sample {
+            Sample::Frame(frame) if self.interpolates => {
+                let Shared { frame, is_new } = self.data(frame, request, cancel)?;
+                let mut frame = Arc::unwrap_or_clone(frame);
+                frame.read.take_if(|_| !is_new);
+                frame
+            }
             Sample::Frame(frame) => self.series.read(frame, request, cancel)?,
             Sample::Between { before, after, share } => {
                 self.interpolated([before, after], share, request, cancel)?
@@ -225,6 +234,14 @@ mod tests {
     fn a_frame_is_read_once_for_pictures_in_a_row_and_counted_once() {
         let (line, film) = film(0.25, None);
         let bytes: u64 = (1..4).map(|i| read(&film, i).unwrap().read.map_or(0, |read| read.bytes)).sum();
+        assert_eq!((line.reads.load(Ordering::Relaxed), bytes), (2, 20));
+    }
+
+    /// The first five pictures are all of frames 0 and 1: at 0, between, and at 1.
+    #[test]
+    fn pictures_at_a_frame_read_what_those_beside_it_have_read() {
+        let (line, film) = film(0.25, None);
+        let bytes: u64 = (0..5).map(|i| read(&film, i).unwrap().read.map_or(0, |read| read.bytes)).sum();
         assert_eq!((line.reads.load(Ordering::Relaxed), bytes), (2, 20));
     }
 

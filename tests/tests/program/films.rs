@@ -431,6 +431,35 @@ fn the_camera_follows_its_path() {
     }
 }
 
+/// Four pictures of a frame, each from elsewhere: what is drawn is another picture every time, of particles that were read once.
+#[test]
+fn a_held_frame_is_read_and_prepared_once() {
+    let program = program_with_dam(2000, 3);
+    program.write(
+        "path.toml",
+        "clock = \"share\"\n[[key]]\nat = 0\neye = [3, -3, 2]\ntarget = [1, 0.5, 0]\nfovy_deg = 30\n\
+         [[key]]\nat = 1\neye = [-2, -3, 2]\ntarget = [1, 0.5, 0]\nfovy_deg = 30\n",
+    );
+    let flags =
+        "--size 64x36 --dt 0.1 --fps 20 --speed 0.5 --camera-path path.toml --trace t.json --report r.json";
+    program.run(&format!("render dam/dam_break.pvd -o s_%d.png {flags}")).ok();
+    let trace = read_json(&program.path("t.json"));
+    let events = trace["traceEvents"].as_array().expect("events");
+    let count =
+        |name: &str| events.iter().filter(|event| event["ph"] == "X" && event["name"] == name).count();
+    assert_eq!((count("read"), count("prepare"), count("draw")), (3, 3, 9));
+    let frames = &read_json(&program.path("r.json"))["frames"];
+    for (number, frame) in frames.as_array().expect("frames").iter().enumerate() {
+        let time = frame["time"].as_f64().expect("a time");
+        assert!((time - 0.025 * number as f64).abs() < 1e-9 && frame["frame"] == number, "{number}: {frame}");
+    }
+    let camera = "--camera '0.5,-3,2/1,0.5,0/0,0,1/30' --frame 1";
+    program.run(&format!("render dam/dam_break.pvd -o middle.png --size 64x36 {camera}")).ok();
+    let picture = |name: &str| Pixels::read(&program.path(name));
+    assert!(picture("middle.png") == picture("s_4.png"), "the second frame from half-way");
+    assert!(picture("s_4.png") != picture("s_5.png"), "the camera has moved on");
+}
+
 /// The script that the examples have for SLURM, with a stand-in for its queue.
 #[test]
 fn the_slurm_array_makes_the_film_of_a_single_run() {

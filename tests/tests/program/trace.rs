@@ -158,10 +158,14 @@ fn memory_decides_how_many_frames_are_read_at_once() {
         let trace = read_json(&program.path("t.json"));
         let rows = rows(&trace);
         let reading = |number: u32| {
-            rows.get(&format!("meniscus-read-{number}")).into_iter().flatten().filter(|span| span["name"] == "read")
+            rows.get(&format!("meniscus-read-{number}"))
+                .into_iter()
+                .flatten()
+                .filter(|span| span["name"] == "read")
         };
         let ends = |span: &Value| (number(span, "ts"), number(span, "ts") + number(span, "dur"));
-        let overlap = |a: &Value, b: &Value| ends(a).0 < ends(b).1 - ROUNDING_US && ends(b).0 < ends(a).1 - ROUNDING_US;
+        let overlap =
+            |a: &Value, b: &Value| ends(a).0 < ends(b).1 - ROUNDING_US && ends(b).0 < ends(a).1 - ROUNDING_US;
         reading(0).any(|a| reading(1).any(|b| overlap(a, b)))
     };
     assert!(!reads_at_once("1B", "least"), "two frames were read at once");

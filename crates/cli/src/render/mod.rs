@@ -87,6 +87,7 @@ pub fn run(
         terminal,
         bar: terminal.progress(works.len() as u64, "pictures"),
         last: None,
+        held: None,
         failures: Vec::new(),
     };
     let mut stopped = None;
@@ -206,7 +207,9 @@ fn prefetcher(
     )?;
     let wanted = works.iter().filter(|work| !work.is_repeated);
     let wanted = wanted.flat_map(|work| work.shot.parts.iter().map(|part| part.index));
-    prefetcher.set_plan(Plan::Frames(wanted.collect()));
+    let mut wanted: Vec<usize> = wanted.collect();
+    wanted.dedup();
+    prefetcher.set_plan(Plan::Frames(wanted));
     Ok(prefetcher)
 }
 
@@ -235,6 +238,8 @@ struct Session<'a> {
     bar: ProgressBar,
     /// The picture before, and what it said about itself.
     last: Option<(Pixels, FrameReport)>,
+    /// The frame drawn last and its index in [`Shots::source`]: slow films show it again, from elsewhere.
+    held: Option<(usize, PreparedFrame)>,
     failures: Vec<String>,
 }
 
@@ -267,6 +272,9 @@ impl Session<'_> {
                     self.bar.suspend(|| self.terminal.say(format_args!("note: frame {number}: {flaw}")));
                 }
                 self.report.add(report);
+                // What reading it took is told once.
+                frame.read = None;
+                self.held = Some((index, frame));
                 Ok(())
             }
             Err(error) if is_only || error.kind == FrameErrorKind::Usage => Err(error.into()),
@@ -295,11 +303,14 @@ impl Session<'_> {
         let mut picture: Option<Picture> = None;
         let is_blurred = work.shot.parts.len() > 1;
         for (part, camera) in std::iter::zip(&work.shot.parts, &work.cameras) {
-            let frame = match self.take(part, prefetcher) {
+            let mut frame = match self.take(part, prefetcher) {
                 Ok(frame) => frame,
                 Err(error) => return Ok(Err(error)),
             };
             let mut drawn = self.draw(&frame, number, camera)?;
+            // What reading it took is told once.
+            frame.read = None;
+            self.held = Some((part.index, frame));
             if is_blurred {
                 self.studio.renderer.expose(&mut exposure)?;
             }
