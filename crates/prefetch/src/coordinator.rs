@@ -34,6 +34,11 @@ pub(crate) enum Message<P> {
         frame: usize,
         reply: Sender<Option<Result<P, FrameError>>>,
     },
+    Peek {
+        frame: usize,
+        clone: fn(&P) -> P,
+        reply: Sender<Option<P>>,
+    },
     TakeCoarse {
         frame: usize,
         reply: Sender<Option<P>>,
@@ -165,6 +170,9 @@ impl<P> Coordinator<P> {
             Message::Take { frame, reply } => self.take(frame, reply),
             Message::TakeReady { frame, reply } => {
                 let _ = reply.send(self.take_ready(frame));
+            }
+            Message::Peek { frame, clone, reply } => {
+                let _ = reply.send(self.frames.get(&frame).map(clone));
             }
             Message::TakeCoarse { frame, reply } => {
                 let _ = reply.send(self.coarse.take_if(|(of, _)| *of == frame).map(|(_, coarse)| coarse));

@@ -151,6 +151,14 @@ impl<P: Send + 'static> Prefetcher<P> {
         self.ask(|reply| Message::TakeReady { frame: index, reply })
     }
 
+    /// Frame `index` where it is ready, without taking it: for what can be done with it before it is shown.
+    pub fn peek(&self, index: usize) -> Option<P>
+    where
+        P: Clone,
+    {
+        self.ask(|reply| Message::Peek { frame: index, clone: P::clone, reply })
+    }
+
     /// Hands out the first impression of frame `index`, once, where it is there and the whole is not. Only the frame that a
     /// plan begins with has one, and only with [`PrefetchOptions::coarse_share`].
     pub fn take_coarse(&self, index: usize) -> Option<P> {

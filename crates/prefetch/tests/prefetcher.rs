@@ -116,6 +116,17 @@ fn fills_up_ahead_before_anything_is_taken() {
 }
 
 #[test]
+fn looking_at_a_ready_frame_takes_nothing() {
+    let prefetcher = prefetcher(3, 2, &plenty(), |_, _| Ok(()));
+    assert_eq!(prefetcher.peek(1), None);
+    prefetcher.set_plan(play(0, 1, false));
+    eventually("all are ready", || ready(&prefetcher) == 3);
+    assert_eq!((prefetcher.peek(1), prefetcher.peek(1), prefetcher.peek(7)), (Some(1), Some(1), None));
+    assert_eq!((ready(&prefetcher), prefetcher.take(0), prefetcher.take(1)), (3, Ok(0), Ok(1)));
+    assert_eq!((prefetcher.peek(1), prefetcher.stats().stalls), (None, 0));
+}
+
+#[test]
 fn reads_several_frames_at_once() {
     // Neither of the two reads ends before the other has begun.
     let both = Barrier::new(2);
