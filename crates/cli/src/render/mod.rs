@@ -272,9 +272,6 @@ impl Session<'_> {
                     self.bar.suspend(|| self.terminal.say(format_args!("note: frame {number}: {flaw}")));
                 }
                 self.report.add(report);
-                // What reading it took is told once.
-                frame.read = None;
-                self.held = Some((index, frame));
                 Ok(())
             }
             Err(error) if is_only || error.kind == FrameErrorKind::Usage => Err(error.into()),
@@ -326,15 +323,27 @@ impl Session<'_> {
         let (size, factor) = (self.studio.size, self.args.supersample);
         let mut pixels = self.studio.renderer.develop(pixels, self.output.depth(), size, factor)?;
         work.overlay.draw(&mut pixels, size);
-        // A frame of a film is known by the picture's number.
+        // A frame of a film is known by the picture's number and time.
+        let time = time.or(report.time);
         Ok(Ok((pixels, FrameReport { frame: number, time, ..report })))
     }
 
-    fn take(&self, part: &Part, prefetcher: &Prefetcher<PreparedFrame>) -> Result<PreparedFrame, FrameError> {
+    fn take(
+        &mut self,
+        part: &Part,
+        prefetcher: &Prefetcher<PreparedFrame>,
+    ) -> Result<PreparedFrame, FrameError> {
         let is_traced = self.args.trace.is_some();
         let stalls = if is_traced { prefetcher.stats().stalls } else { 0 };
         let asked = Instant::now();
-        let taken = prefetcher.take(part.index);
+        let taken = match self.held.take() {
+            Some((of, frame)) if of == part.index => Ok(frame),
+            // The one before goes first: there may be room for one only.
+            before => {
+                drop(before);
+                prefetcher.take(part.index)
+            }
+        };
         if is_traced {
             let waited = prefetcher.stats().stalls > stalls;
             let name = if waited { "wait for the frame" } else { "take the frame" };

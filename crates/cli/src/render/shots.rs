@@ -84,10 +84,13 @@ impl Shots {
             .collect();
         let is_resampled = on_time || blur.is_some();
         let source: Arc<dyn FrameSource> = if is_resampled {
-            let mut moments = Vec::new();
+            // What is shown several times in a row is read once.
+            let mut moments: Vec<Moment> = Vec::new();
             for part in shots.iter_mut().flat_map(|shot| &mut shot.parts) {
-                part.index = moments.len();
-                moments.push(part.moment);
+                if moments.last().is_none_or(|before| before.sample != part.moment.sample) {
+                    moments.push(part.moment);
+                }
+                part.index = moments.len() - 1;
             }
             Arc::new(Resampled::new(
                 Arc::clone(series) as Arc<dyn FrameSource>,
