@@ -102,7 +102,7 @@ pub trait FrameSource: Send + Sync {
     /// [`FrameError`] when the frame cannot be delivered; other frames may still be readable.
     fn read(&self, index: usize, request: &FrameRequest, cancel: &Cancel) -> Result<SetFrame, FrameError>;
 
-    /// A number that changes when the files of frame `index` do, which is when a frame that failed is worth another try;
+    /// A number that changes when the files of frame `index` do, which is when it is worth being read again;
     /// `None` where nothing can change. Asks the file system, and so may take as long as that likes.
     fn version(&self, _index: usize) -> Option<u64> {
         None

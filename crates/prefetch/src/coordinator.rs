@@ -12,7 +12,7 @@ use crate::budget::Budget;
 use crate::meter::Meter;
 use crate::policy::{Action, Outcome, Policy, Rules};
 use crate::reader::{Finished, Job};
-use crate::watch::Failed;
+use crate::watch::Seen;
 use crate::{FrameRecord, FrameState, MemoryLimit, MemoryProbe, Plan, PrefetchStats};
 
 /// How old the known amount of free memory may be. Asking costs a few system calls; other programs rarely take gigabytes in
@@ -55,7 +55,7 @@ pub(crate) enum Message<P> {
         prepared: P,
     },
     Finished(Finished<P>),
-    /// The files of a failed frame have changed.
+    /// The files of a frame have changed since it was read.
     Changed {
         frame: usize,
         source_bytes: u64,
@@ -77,7 +77,7 @@ pub(crate) struct Threads {
     pub readers: Vec<JoinHandle<()>>,
     pub jobs: Sender<Job>,
     pub watch: JoinHandle<()>,
-    pub failures: Sender<Failed>,
+    pub reads: Sender<Seen>,
 }
 
 /// Owns the frames and carries out what the policy decides.
@@ -149,8 +149,8 @@ impl<P> Coordinator<P> {
             self.meter.settled(&self.policy, budget.keep);
         }
         self.running.values().for_each(Cancel::cancel);
-        let Threads { readers, jobs, watch, failures } = self.threads;
-        drop((jobs, failures));
+        let Threads { readers, jobs, watch, reads } = self.threads;
+        drop((jobs, reads));
         let begin = Instant::now();
         for thread in readers.into_iter().chain([watch]) {
             while !thread.is_finished() && begin.elapsed() < FAREWELL {
@@ -182,6 +182,7 @@ impl<P> Coordinator<P> {
             Message::Finished(finished) => self.finish(finished),
             Message::Changed { frame, source_bytes } => {
                 if self.policy.changed(frame, source_bytes) {
+                    self.frames.remove(&frame);
                     self.errors.remove(&frame);
                     self.meter.frame_changed();
                 }
@@ -259,9 +260,9 @@ impl<P> Coordinator<P> {
         record.error = result.as_ref().err().cloned();
         if result.is_ok() {
             (record.reads, record.read_time, record.file_bytes) = (record.reads + 1, Some(took), file_bytes);
-        } else {
-            let _ = self.threads.failures.send(Failed { frame, version });
         }
+        // The watch lives as long as this does.
+        let _ = self.threads.reads.send(Seen { frame, version, failed: result.is_err() });
         self.hand_out(frame, result.map(|delivered| delivered.prepared));
     }
 

@@ -8,8 +8,8 @@
 //! * one coordinating thread owns the policy and all waiting frames. Everything reaches it as a message, nothing is shared;
 //! * reader threads read and prepare one frame after the other. They are handed a frame only when they are idle, so that no
 //!   stale request ever waits in a queue;
-//! * one thread watches the medium: frames that failed and whose files have changed are tried again, and frames that are added
-//!   to the series join in.
+//! * one thread watches the medium: frames whose files have changed since they were read, or since they failed, are read again,
+//!   and frames that are added to the series join in.
 //!
 //! The order of reading is the order of showing: nearest deadline first. Memory is a share of what the system has free
 //! plus what is held here, asked again while running.

@@ -17,7 +17,7 @@ pub struct PrefetchStats {
     pub frames_failed: u64,
     /// Reads that were given up because they did not end.
     pub reads_given_up: u64,
-    /// Failed frames whose files changed, so that they were tried again.
+    /// Frames that were in memory or had failed and whose files changed, so that they were given up to be read again.
     pub frames_changed: u64,
     /// Prepared frames given up unseen, for memory.
     pub frames_dropped: u64,

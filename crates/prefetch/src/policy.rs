@@ -165,15 +165,19 @@ impl Policy {
         true
     }
 
-    /// The files of `frame` have changed, and it now takes `source_bytes`. Returns whether it had failed, and is now tried
-    /// again where it is wanted.
+    /// The files of `frame` have changed since it was read, and it now takes `source_bytes`. Returns whether what is known of
+    /// it, the frame or why it failed, counts no more; it is then read again where it is wanted. One that is being read is of
+    /// the old files or of the new ones: who asks will know, and tell again.
     pub(crate) fn changed(&mut self, frame: usize, source_bytes: u64) -> bool {
         self.source_bytes[frame] = source_bytes;
-        let failed = self.slots[frame] == Slot::Failed && !self.lost.contains_key(&frame);
-        if failed {
-            self.slots[frame] = Slot::Absent;
+        match self.slots[frame] {
+            Slot::Failed if self.lost.contains_key(&frame) => return false,
+            Slot::Reading { .. } => return false,
+            Slot::Ready { .. } | Slot::Failed | Slot::Absent => {}
         }
-        failed
+        // In somebody's hands, it is not taken back: `given_back`.
+        self.prepared_bytes[frame] = None;
+        std::mem::replace(&mut self.slots[frame], Slot::Absent) != Slot::Absent
     }
 
     /// `frame` was handed out at `now`, as a frame or as its error: it is no longer here, and the plan moves on.
@@ -190,8 +194,8 @@ impl Policy {
         self.plan.advance_past(frame, self.slots.len());
     }
 
-    /// `frame` was given back. Returns whether it is kept: not where it is here again or being read already, and not where
-    /// it was never handed out.
+    /// `frame` was given back. Returns whether it is kept: not where it is here again or being read already, not where its files
+    /// have changed meanwhile, and not where it was never handed out.
     pub(crate) fn given_back(&mut self, frame: usize) -> bool {
         if self.taken == Some(frame) {
             self.taken = None;

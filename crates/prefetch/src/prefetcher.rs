@@ -94,7 +94,7 @@ impl<P: Send + 'static> Prefetcher<P> {
 
         let (messages, inbox) = channel::unbounded();
         let (jobs, jobs_of_readers) = channel::unbounded();
-        let (failures, failures_seen) = channel::unbounded();
+        let (reads, reads_seen) = channel::unbounded();
         let named = |name: String| thread::Builder::new().name(name);
         let readers = (0..readers)
             .map(|number| {
@@ -104,9 +104,9 @@ impl<P: Send + 'static> Prefetcher<P> {
             .collect::<Result<Vec<_>, _>>()?;
         let news = messages.clone();
         let watch = named("meniscus-watch".to_owned())
-            .spawn(move || watch::run(&source, count, &failures_seen, &news))?;
+            .spawn(move || watch::run(&source, count, &reads_seen, &news))?;
         let frame_count = Arc::new(AtomicUsize::new(count));
-        let threads = Threads { readers, jobs, watch, failures };
+        let threads = Threads { readers, jobs, watch, reads };
         let coordinator =
             Coordinator::new(source_bytes, threads, rules, options.memory, memory, Arc::clone(&frame_count));
         let coordinator = named("meniscus-prefetch".to_owned()).spawn(move || coordinator.run(&inbox))?;

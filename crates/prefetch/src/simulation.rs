@@ -341,11 +341,31 @@ fn a_broken_frame_is_tried_again_when_its_files_change() {
     world.plan(play(0, 1, true));
     world.draw(100);
     assert!(world.is_failed(4) && world.ready().len() == 5);
-    assert!(!world.policy.changed(3, FRAME), "a good frame stays");
     world.broken.clear();
     assert!(world.policy.changed(4, FRAME));
     world.draw(20);
     assert_eq!(world.ready().len(), 6);
+}
+
+#[test]
+fn frames_of_changed_files_are_read_again_before_they_are_shown() {
+    let mut world = World::new(6, 2, 5.0, 20 * FRAME);
+    world.plan(play(0, 1, true));
+    world.draw(100);
+    assert_eq!(world.ready().len(), 6);
+    let reads = |world: &World, frame| world.started.iter().filter(|&&started| started == frame).count();
+    let before = [3, 4].map(|frame| reads(&world, frame));
+    // One that is ready, and one that somebody looks at.
+    assert!(world.policy.changed(3, FRAME), "the frame of the old files is given up");
+    assert!(!world.ready().contains(&3));
+    assert!(world.take(4).is_some());
+    assert!(!world.policy.changed(4, FRAME), "it is not here");
+    assert!(!world.policy.given_back(4), "of the old files");
+    world.decide();
+    world.draw(20);
+    assert_eq!(world.ready().len(), 6);
+    assert_eq!([3, 4].map(|frame| reads(&world, frame)), before.map(|reads| reads + 1));
+    assert!(world.take(4).is_some() && world.policy.given_back(4), "of the new files");
 }
 
 #[test]

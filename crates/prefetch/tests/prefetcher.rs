@@ -297,7 +297,8 @@ fn a_series_without_frames_is_no_trouble() {
 #[derive(Default)]
 struct Medium {
     count: AtomicUsize,
-    version: AtomicU64,
+    /// Frames whose files were written anew, as often as they were.
+    written: Mutex<Vec<usize>>,
     /// What reading any frame waits for.
     answers: Mutex<()>,
     broken: Mutex<Vec<usize>>,
@@ -324,8 +325,9 @@ impl FrameSource for Medium {
         }
     }
 
-    fn version(&self, _index: usize) -> Option<u64> {
-        Some(self.version.load(Ordering::SeqCst))
+    fn version(&self, index: usize) -> Option<u64> {
+        let written = self.written.lock().expect("a sound lock");
+        Some(written.iter().filter(|&&frame| frame == index).count() as u64)
     }
 
     fn read_coarse(
@@ -357,12 +359,29 @@ fn a_failed_frame_is_read_again_when_its_files_have_changed() {
     let error_of = |frame: usize| prefetcher.records()[frame].error.clone();
     assert_eq!(error_of(3), Some(error(FrameErrorKind::Malformed)));
     medium.broken.lock().expect("a sound lock").clear();
-    medium.version.store(1, Ordering::SeqCst);
+    medium.written.lock().expect("a sound lock").push(3);
     eventually("it is read again", || ready(&prefetcher) == 5);
     let record = &prefetcher.records()[3];
     assert_eq!((record.error.clone(), record.reads), (None, 1));
     assert!(record.read_time.is_some());
     assert_eq!((prefetcher.take(3), prefetcher.stats().frames_changed), (Ok(3), 1));
+}
+
+#[test]
+fn a_ready_frame_is_read_again_when_its_files_have_changed() {
+    let (medium, prefetcher) = medium(3, PrefetchOptions::default());
+    prefetcher.set_plan(play(0, 1, true));
+    eventually("all are ready", || ready(&prefetcher) == 3);
+    let looked_at = prefetcher.take(1).expect("a good frame");
+    *medium.written.lock().expect("a sound lock") = vec![1, 2];
+    eventually("what is ready is read again", || prefetcher.records()[2].reads == 2);
+    prefetcher.give_back(1, looked_at);
+    eventually("what was looked at is, too", || prefetcher.records()[1].reads == 2);
+    // They rest from now on.
+    eventually("all are ready", || ready(&prefetcher) == 3);
+    thread::sleep(Duration::from_secs(1));
+    let reads: Vec<u32> = prefetcher.records().iter().map(|record| record.reads).collect();
+    assert_eq!(reads, [1, 2, 2]);
 }
 
 #[test]
