@@ -2,6 +2,7 @@ use std::fs::File;
 use std::io::{Read, Seek};
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::{AtomicU32, Ordering};
 use std::time::{Duration, Instant};
 
 use serde_json::Value;
@@ -68,6 +69,14 @@ impl Program {
         self.start_after(&format!("ulimit -d {}", data_bytes / 1024), arguments, &[]).finish()
     }
 
+    /// [`Self::run`] in a control group of its own, as a container has, which may hold `bytes` of memory: who takes more is killed.
+    /// `None` where this process may not make groups.
+    pub fn run_in_group(&self, bytes: u64, arguments: &str) -> Option<Outcome> {
+        let group = MemoryGroup::new(bytes)?;
+        let join = format!("echo $$ > {}/cgroup.procs", group.0.display());
+        Some(self.start_after(&join, arguments, &[]).finish())
+    }
+
     /// Starts the program from a shell that has done `before`.
     fn start_after(&self, before: &str, arguments: &str, variables: &[(&str, &str)]) -> Running {
         let capture = || tempfile::tempfile().expect("a temporary file");
@@ -94,6 +103,33 @@ impl Program {
             peak_bytes: 0,
             peak_data_bytes: 0,
         }
+    }
+}
+
+/// A control group with a limit on memory; removed when dropped.
+struct MemoryGroup(PathBuf);
+
+impl MemoryGroup {
+    fn new(bytes: u64) -> Option<Self> {
+        static COUNT: AtomicU32 = AtomicU32::new(0);
+        let name = format!("meniscus-{}-{}", std::process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
+        // Of the first version of control groups, and of the second.
+        [("/sys/fs/cgroup/memory", "memory.limit_in_bytes"), ("/sys/fs/cgroup", "memory.max")]
+            .into_iter()
+            .find_map(|(parent, limit)| {
+                let folder = Path::new(parent).join(&name);
+                std::fs::create_dir(&folder).ok()?;
+                let group = Self(folder);
+                // Where memory is not controlled, there is no such file, and none can be made.
+                std::fs::write(group.0.join(limit), bytes.to_string()).is_ok().then_some(group)
+            })
+    }
+}
+
+impl Drop for MemoryGroup {
+    fn drop(&mut self) {
+        // The group is empty: its only process has ended.
+        let _ = std::fs::remove_dir(&self.0);
     }
 }
 

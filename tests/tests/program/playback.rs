@@ -126,6 +126,47 @@ fn a_limit_of_the_process_is_kept() {
     assert_eq!(memory["peak_over_budget_bytes"], 0);
 }
 
+/// Rounds enough for whatever is not given back to add up. The least that playing takes, with memory for no frame at all,
+/// is everything but the frames that are read ahead.
+#[test]
+fn memory_of_a_long_run_stays_within_its_budget() {
+    let program = program_with_dam(200_000, 8);
+    let play = format!("bench dam --play --rounds 5 --io read {SMALL}");
+    let least = program.run(&format!("{play} --memory 1B")).ok();
+    let frame = number(&least.json()["memory"], "peak_held_bytes");
+    let budget = 3.0 * frame;
+    let most = program.run(&format!("{play} --memory {budget}B")).ok();
+    let json = most.json();
+    assert_eq!((&json["play"]["pictures"], &json["play"]["missing"]), (&40.into(), &0.into()));
+    assert!(number(&json["play"], "frames_read") > 20.0, "eight frames do not fit: {}", json["play"]);
+    // The kernel's own high-water marks of the memory in RAM.
+    let ahead = most.peak_bytes as f64 - least.peak_bytes as f64;
+    // In the least, too, a frame is read.
+    assert!(ahead <= 1.05 * budget - frame, "{ahead} bytes for frames ahead, the budget is {budget}");
+    assert!(ahead > 0.3 * budget, "what may be taken is used: {ahead} of {budget}");
+}
+
+/// Who takes more than a container has is killed.
+#[test]
+#[expect(clippy::print_stderr, reason = "a skipped test must not look like a passed one")]
+fn a_limit_of_the_container_is_kept() {
+    let program = program_with_dam(200_000, 12);
+    let play = format!("bench dam --play --rounds 3 --io read {SMALL}");
+    let least = program.run(&format!("{play} --memory 1B")).ok();
+    let frame = number(&least.json()["memory"], "peak_held_bytes");
+    // All twelve would take more.
+    let room = 6.0 * frame;
+    let Some(outcome) = program.run_in_group(least.peak_bytes + room as u64, &play) else {
+        eprintln!("SKIPPED: this process may not make control groups that limit memory");
+        return;
+    };
+    let json = outcome.ok().json();
+    assert_eq!((&json["play"]["pictures"], &json["play"]["missing"]), (&36.into(), &0.into()));
+    let memory = &json["memory"];
+    assert!(number(memory, "peak_held_bytes") <= room, "{memory}");
+    assert!(number(memory, "peak_held_bytes") > 1.5 * frame, "what there is, is used: {memory}");
+}
+
 #[test]
 fn files_that_vanish_shrink_and_change_while_they_are_played() {
     let program = program_with_dam(2000, 6);
