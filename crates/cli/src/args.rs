@@ -15,8 +15,8 @@ pub use film::{EncodingArgs, JoinArgs, TimeArgs};
 
 use crate::failure::Failure;
 use crate::values::{
-    CameraValue, CaseName, ColorRange, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize, Parameter,
-    Unit,
+    ByteCount, CameraValue, CaseName, ColorRange, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize,
+    Parameter, Unit,
 };
 
 /// Exit codes, printed under every `--help`.
@@ -450,6 +450,11 @@ pub struct PlayArgs {
     /// of what is free].
     #[arg(long, value_name = "SHARE|BYTES", requires = "play")]
     pub memory: Option<MemorySize>,
+
+    /// Memory of the GPU for particles that are drawn, uploaded ahead or kept for the next round [default: 1GB; with a software
+    /// adapter, which draws from the memory that is read into, only what is drawn].
+    #[arg(long, value_name = "BYTES", requires = "play")]
+    pub gpu_memory: Option<ByteCount>,
 
     /// Read as if from a medium of this many MB per second, or one that takes so many times as long for a frame as drawing it
     /// does, like 0.9x.

@@ -297,28 +297,41 @@ impl FromStr for MemorySize {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let wrong = || "expected a share above 0 and at most 1, or bytes like 500MB or 2GiB".to_owned();
-        const UNITS: [(&str, f64); 7] = [
-            ("KiB", 1024.0),
-            ("MiB", 1048576.0),
-            ("GiB", 1073741824.0),
-            ("kB", 1e3),
-            ("MB", 1e6),
-            ("GB", 1e9),
-            ("B", 1.0),
-        ];
-        let unit = UNITS.iter().find_map(|(name, factor)| Some((text.strip_suffix(name)?, factor)));
-        let number = |text: &str| text.trim().parse::<f64>().ok().filter(|n| n.is_finite() && *n >= 0.0);
-        match unit {
-            Some((count, factor)) => {
-                Ok(Self(MemoryLimit::Bytes((number(count).ok_or_else(wrong)? * factor) as u64)))
-            }
-            None => {
-                let share = number(text).filter(|share| *share > 0.0 && *share <= 1.0);
-                Ok(Self(MemoryLimit::Share(share.ok_or_else(wrong)?)))
-            }
+        if let Some(bytes) = bytes(text) {
+            return Ok(Self(MemoryLimit::Bytes(bytes)));
         }
+        let share = text.trim().parse().ok().filter(|share| *share > 0.0 && *share <= 1.0);
+        let wrong = || "expected a share above 0 and at most 1, or bytes like 500MB or 2GiB".to_owned();
+        Ok(Self(MemoryLimit::Share(share.ok_or_else(wrong)?)))
     }
+}
+
+/// `--gpu-memory`: bytes.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct ByteCount(pub u64);
+
+impl FromStr for ByteCount {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        bytes(text).map(Self).ok_or_else(|| "expected bytes like 500MB, 2GiB or 0B".to_owned())
+    }
+}
+
+/// A number of bytes with its unit.
+fn bytes(text: &str) -> Option<u64> {
+    const UNITS: [(&str, f64); 7] = [
+        ("KiB", 1024.0),
+        ("MiB", 1048576.0),
+        ("GiB", 1073741824.0),
+        ("kB", 1e3),
+        ("MB", 1e6),
+        ("GB", 1e9),
+        ("B", 1.0),
+    ];
+    let (count, factor) = UNITS.iter().find_map(|(name, factor)| Some((text.strip_suffix(name)?, factor)))?;
+    let count = count.trim().parse::<f64>().ok().filter(|n| n.is_finite() && *n >= 0.0)?;
+    Some((count * factor) as u64)
 }
 
 /// `--medium`: how fast files come.
@@ -425,8 +438,9 @@ mod tests {
         assert_eq!(memory("500MB"), Ok(MemoryLimit::Bytes(500_000_000)));
         assert_eq!(memory("1.5 GiB"), Ok(MemoryLimit::Bytes(3 << 29)));
         assert_eq!(memory("0B"), Ok(MemoryLimit::Bytes(0)));
+        assert_eq!("2GB".parse(), Ok(ByteCount(2_000_000_000)));
         for bad in ["0", "2", "-1MB", "nan", "MB", "5 apples", ""] {
-            assert!(memory(bad).is_err(), "{bad}");
+            assert!(memory(bad).is_err() && bad.parse::<ByteCount>().is_err(), "{bad}");
         }
     }
 

@@ -54,6 +54,11 @@ pub(crate) fn instance() -> wgpu::Instance {
     let descriptor = wgpu::InstanceDescriptor {
         backends: wgpu::Backends::from_env().unwrap_or(wgpu::Backends::PRIMARY),
         flags: wgpu::InstanceFlags::empty().with_env(),
+        // A resource that does not fit is an error to whoever makes it; beyond, drivers lose the device with all that is on it.
+        memory_budget_thresholds: wgpu::MemoryBudgetThresholds {
+            for_resource_creation: Some(95),
+            for_device_loss: None,
+        },
         ..wgpu::InstanceDescriptor::new_without_display_handle()
     };
     wgpu::Instance::new(descriptor)

@@ -9,7 +9,7 @@ use meniscus_core::Flaw;
 use crate::adapter::{self, AdapterChoice, AdapterSummary};
 use crate::pipeline::ComputePipelineDescriptor;
 use crate::readback::Readback;
-use crate::recorder::BindCache;
+use crate::recorder::{BindCache, Submitted};
 use crate::work::{GpuWork, WorkMeter};
 use crate::{ComputePipeline, GpuError, shader};
 
@@ -182,15 +182,35 @@ impl Gpu {
         self.queue.write_buffer(buffer, offset, bytes);
     }
 
-    pub(crate) fn submit(&self, commands: Option<wgpu::CommandBuffer>) {
+    pub(crate) fn submit(&self, commands: Option<wgpu::CommandBuffer>) -> wgpu::SubmissionIndex {
         self.work.add(|work| work.submissions += 1);
-        self.queue.submit(commands);
+        self.queue.submit(commands)
+    }
+
+    /// Begins what was written to buffers, which else waits for the next frame.
+    pub fn begin_writes(&self) {
+        self.submit(None);
+    }
+
+    /// Forgets which resources were bound together, which keeps dropped ones alive.
+    pub fn forget_bindings(&self) {
+        self.bind_cache.clear();
     }
 
     /// Most elements of `T` that one storage binding may hold: the page size of particle data.
     pub fn page_elements<T>(&self) -> usize {
         (self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size) as usize)
             / size_of::<T>()
+    }
+
+    /// Waits until what was submitted up to `submitted` has run, and not for what another thread uploads meanwhile.
+    ///
+    /// # Errors
+    /// As [`Self::wait`].
+    pub fn wait_for(&self, submitted: Submitted) -> Result<(), GpuError> {
+        let until = wgpu::PollType::Wait { submission_index: submitted.0, timeout: None };
+        self.device.poll(until).map_err(|e| GpuError::Driver(e.to_string()))?;
+        self.take_error()
     }
 
     /// Waits until everything submitted has run.

@@ -54,7 +54,17 @@ pub enum GpuError {
         /// What the compiler said, with the place.
         message: String,
     },
-    /// A resource is larger than the device allows or than its memory holds.
+    /// The device's memory is full.
+    #[error(
+        "{what} needs {bytes} bytes, and the memory of the GPU is full; close other programs that draw, or use a smaller --size"
+    )]
+    OutOfMemory {
+        /// Role of the resource.
+        what: String,
+        /// Bytes asked for.
+        bytes: u64,
+    },
+    /// A resource is larger than the device allows.
     #[error("{what} needs {bytes} bytes, the device allows {limit}; use a smaller --size")]
     TooLarge {
         /// Role of the resource.

@@ -158,7 +158,7 @@ pub struct Recorder {
 /// A frame that was handed to the GPU.
 #[derive(Debug)]
 #[must_use]
-pub struct Submitted(());
+pub struct Submitted(pub(crate) Option<wgpu::SubmissionIndex>);
 
 /// Bytes of uniforms that one frame may use; a frame has some 50 passes with less than 512 bytes each.
 const UNIFORM_BYTES: u64 = 1 << 18;
@@ -397,7 +397,7 @@ impl Recorder {
     /// Submits what is recorded, waits, and notes the clocks.
     fn run_isolated(&mut self, gpu: &Gpu, name: &str) {
         let (wall, cpu) = (Instant::now(), process_cpu_ms());
-        self.flush(gpu);
+        let _ = self.flush(gpu);
         // An error is kept by the device and comes out of `submit`.
         let _ = gpu.device.poll(wgpu::PollType::wait_indefinitely());
         self.spans.push(SpanRow::Isolated, name, wall);
@@ -409,11 +409,11 @@ impl Recorder {
         });
     }
 
-    fn flush(&mut self, gpu: &Gpu) {
-        if let Some(encoder) = self.encoder.take() {
+    fn flush(&mut self, gpu: &Gpu) -> Submitted {
+        Submitted(self.encoder.take().map(|encoder| {
             gpu.write_buffer(GpuWork::UNIFORMS, &self.uniform_buffer, 0, &self.uniforms);
-            gpu.submit(Some(encoder.finish()));
-        }
+            gpu.submit(Some(encoder.finish()))
+        }))
     }
 
     /// Hands the frame to the GPU without waiting for it.
@@ -421,20 +421,21 @@ impl Recorder {
     /// # Errors
     /// [`GpuError::Driver`] with the first error that the driver reported.
     pub fn submit(&mut self, gpu: &Gpu) -> Result<Submitted, GpuError> {
-        if let Some(profiler) = &mut self.profiler {
+        let submitted = if let Some(profiler) = &mut self.profiler {
             let mut encoder =
                 self.encoder.take().unwrap_or_else(|| gpu.device.create_command_encoder(&Default::default()));
             profiler.resolve_queries(&mut encoder);
             self.encoder = Some(encoder);
-            self.flush(gpu);
+            let submitted = self.flush(gpu);
             profiler_end(self.profiler.as_mut());
+            submitted
         } else {
-            self.flush(gpu);
-        }
+            self.flush(gpu)
+        };
         self.uniforms.clear();
         self.is_new_frame = true;
         gpu.take_error()?;
-        Ok(Submitted(()))
+        Ok(submitted)
     }
 
     /// Cost of the oldest frame whose time stamps have arrived, one entry per pass name in the order run; empty when none

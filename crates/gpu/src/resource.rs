@@ -36,7 +36,7 @@ pub struct Buffer<R: Role> {
     pub(crate) raw: wgpu::Buffer,
     len: usize,
     pub(crate) capacity: usize,
-    _accounted: Accounted,
+    accounted: Accounted,
     role: PhantomData<R>,
 }
 
@@ -44,13 +44,14 @@ impl<R: Role> Buffer<R> {
     /// Room for `capacity` elements, none in use; contents are zero.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] beyond the device's limits.
+    /// [`GpuError::TooLarge`] beyond the device's limits, [`GpuError::OutOfMemory`] where its memory is full.
     pub fn new(gpu: &Gpu, capacity: usize) -> Result<Self, GpuError> {
         let bytes = (capacity.max(1) * size_of::<R::Element>()) as u64;
         let limit = gpu.limits().max_storage_buffer_binding_size.min(gpu.limits().max_buffer_size);
         if bytes > limit {
             return Err(GpuError::TooLarge { what: R::NAME.to_owned(), bytes, limit });
         }
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let raw = gpu.device.create_buffer(&wgpu::BufferDescriptor {
             label: Some(R::NAME),
             // wgpu copies in words of 4 bytes.
@@ -62,11 +63,14 @@ impl<R: Role> Buffer<R> {
                 | wgpu::BufferUsages::INDEX,
             mapped_at_creation: false,
         });
+        if pollster::block_on(scope.pop()).is_some() {
+            return Err(GpuError::OutOfMemory { what: R::NAME.to_owned(), bytes });
+        }
         Ok(Self {
             raw,
             len: 0,
             capacity: capacity.max(1),
-            _accounted: Accounted::new(gpu, bytes),
+            accounted: Accounted::new(gpu, bytes),
             role: PhantomData,
         })
     }
@@ -109,6 +113,11 @@ impl<R: Role> Buffer<R> {
     /// Elements in use.
     pub fn len(&self) -> usize {
         self.len
+    }
+
+    /// Bytes that it takes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.accounted.bytes
     }
 
     /// Whether no element is in use.

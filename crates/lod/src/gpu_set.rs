@@ -1,24 +1,22 @@
-use meniscus_gpu::role::{Occludees, PackedParticle, Particles, StandIn, StandIns};
+use std::sync::Arc;
+
+use meniscus_gpu::role::Occludees;
 use meniscus_gpu::{Buffer, Gpu, GpuError, RangeList};
 
+use crate::set_store::{SetPage, SetPages, SetStore};
 use crate::{ChunkedSet, PageSelection, Selection};
 
-/// A chunked set and what is drawn of it, on the GPU. Its buffers serve frame after frame and only ever grow.
+/// A chunked set on the GPU and what is drawn of it. The lists serve frame after frame and only ever grow.
 #[derive(Debug, Default)]
 pub struct GpuSet {
-    pages: Vec<GpuPage>,
-    /// Pages of the present set; the rest waits for a larger one.
-    in_use: usize,
-    serial: Option<u64>,
+    set: Option<(u64, Arc<SetPages>)>,
+    /// One per page of the largest set so far.
+    lists: Vec<PageLists>,
 }
 
-/// A page of a set: its particles and stand-ins, and what of them is drawn ([`PageSelection`]).
+/// What is drawn of a page ([`PageSelection`]).
 #[derive(Debug)]
-pub struct GpuPage {
-    /// The particles.
-    pub particles: Buffer<Particles>,
-    /// Stand-ins of the particles.
-    pub stand_in_spheres: Buffer<StandIns>,
+pub struct PageLists {
     /// What the surface is drawn from first.
     pub front: RangeList,
     /// What is drawn after that where it is not hidden.
@@ -31,11 +29,9 @@ pub struct GpuPage {
     pub stand_ins: RangeList,
 }
 
-impl GpuPage {
-    fn new(gpu: &Gpu, particles: &[PackedParticle], stand_ins: &[StandIn]) -> Result<Self, GpuError> {
+impl PageLists {
+    fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         Ok(Self {
-            particles: Buffer::from_slice(gpu, particles)?,
-            stand_in_spheres: Buffer::from_slice(gpu, stand_ins)?,
             front: RangeList::new(gpu)?,
             occludees: Buffer::new(gpu, 0)?,
             visible: RangeList::new(gpu)?,
@@ -54,28 +50,23 @@ impl GpuPage {
 }
 
 impl GpuSet {
-    /// Uploads `set` unless it is there already. Nothing of a new set is drawn until [`Self::update`].
+    /// Takes `set` from `store`, which uploads it where it is not there, unless it is the present one. Nothing of a new set is
+    /// drawn until [`Self::update`].
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] where a page exceeds the device's limits. The set then is empty.
-    pub fn upload(&mut self, gpu: &Gpu, set: &ChunkedSet) -> Result<(), GpuError> {
-        if self.serial == Some(set.serial()) {
+    /// As [`SetStore::get`]. The set then is empty.
+    pub fn upload(&mut self, gpu: &Gpu, store: &SetStore, set: &ChunkedSet) -> Result<(), GpuError> {
+        if self.set.as_ref().is_some_and(|(serial, _)| *serial == set.serial()) {
             return Ok(());
         }
-        self.serial = None;
-        self.in_use = 0;
-        for (index, (particles, stand_ins)) in set.pages().zip(&set.stand_ins).enumerate() {
-            match self.pages.get_mut(index) {
-                Some(page) => {
-                    page.particles.write(gpu, particles)?;
-                    page.stand_in_spheres.write(gpu, stand_ins)?;
-                    page.select(gpu, &PageSelection::default())?;
-                }
-                None => self.pages.push(GpuPage::new(gpu, particles, stand_ins)?),
-            }
+        // The old one first, so that its buffers can serve the new one.
+        self.set = None;
+        let pages = store.get(gpu, set)?;
+        self.lists.iter_mut().try_for_each(|lists| lists.select(gpu, &PageSelection::default()))?;
+        while self.lists.len() < pages.pages().len() {
+            self.lists.push(PageLists::new(gpu)?);
         }
-        self.in_use = set.pages().len();
-        self.serial = Some(set.serial());
+        self.set = Some((set.serial(), pages));
         Ok(())
     }
 
@@ -87,12 +78,20 @@ impl GpuSet {
     /// # Panics
     /// If `selection` is of a set with another number of pages.
     pub fn update(&mut self, gpu: &Gpu, selection: &Selection) -> Result<(), GpuError> {
-        assert_eq!(selection.pages.len(), self.in_use, "pages of the selection and of the uploaded set");
-        self.pages.iter_mut().zip(&selection.pages).try_for_each(|(page, of_page)| page.select(gpu, of_page))
+        assert_eq!(
+            selection.pages.len(),
+            self.pages().len(),
+            "pages of the selection and of the uploaded set"
+        );
+        self.lists
+            .iter_mut()
+            .zip(&selection.pages)
+            .try_for_each(|(lists, of_page)| lists.select(gpu, of_page))
     }
 
-    /// The present set's pages.
-    pub fn pages(&self) -> &[GpuPage] {
-        &self.pages[..self.in_use]
+    /// The present set's pages, each with what is drawn of it.
+    pub fn pages(&self) -> impl ExactSizeIterator<Item = (&SetPage, &PageLists)> {
+        let pages = self.set.as_ref().map_or(&[][..], |(_, pages)| pages.pages());
+        pages.iter().zip(&self.lists)
     }
 }

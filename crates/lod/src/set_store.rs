@@ -115,7 +115,8 @@ impl SetStore {
         if let Some(found) = held.find(set) {
             return Ok(Some(found));
         }
-        let in_use = held.sets.iter().filter(|pages| is_in_use(pages)).map(|pages| pages.bytes()).sum::<u64>();
+        let in_use =
+            held.sets.iter().filter(|pages| is_in_use(pages)).map(|pages| pages.bytes()).sum::<u64>();
         if in_use + bytes_on_gpu(set) > held.stats.limit_bytes {
             return Ok(None);
         }

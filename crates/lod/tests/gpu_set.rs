@@ -11,7 +11,7 @@ use meniscus_gpu::{
 };
 use meniscus_lod::cut::MIN_KEEP;
 use meniscus_lod::weight::kept;
-use meniscus_lod::{ChunkOptions, GpuSet, LodParams, Selector, chunks};
+use meniscus_lod::{ChunkOptions, ChunkedSet, GpuSet, LodParams, Selector, SetStore, SetStoreStats, chunks};
 
 fn gpu() -> Gpu {
     Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
@@ -24,33 +24,33 @@ fn pages_and_ranges_arrive_and_buffers_are_reused() {
     let [large, small, like_small] =
         [[40, 30, 30], [20, 20, 10], [10, 20, 20]].map(|side| chunks::build(&pool(side, 9), &options));
     let camera = cameras(Vec3::new(-30.0, -20.0, 40.0), Vec3::new(20.0, 15.0, 10.0))[0];
-    let mut on_gpu = GpuSet::default();
+    let (mut on_gpu, store) = (GpuSet::default(), SetStore::default());
     assert_eq!(on_gpu.pages().len(), 0);
     let mut bytes = None;
     // The first round finds out how long the lists may get.
     for (round, threshold) in [1.0, 0.3, 0.7].into_iter().cycle().enumerate().take(6) {
         for set in [&large, &small, &like_small] {
-            on_gpu.upload(&gpu, set).unwrap();
+            on_gpu.upload(&gpu, &store, set).unwrap();
             assert_eq!(on_gpu.pages().len(), set.pages().len());
-            for page in on_gpu.pages() {
-                let lists = [&page.front, &page.mass, &page.stand_ins];
-                assert!(lists.iter().all(|list| list.is_empty()), "ranges of the set before");
-                assert!(page.occludees.is_empty(), "ranges of the set before");
+            for (_, lists) in on_gpu.pages() {
+                let ranges = [&lists.front, &lists.mass, &lists.stand_ins];
+                assert!(ranges.iter().all(|list| list.is_empty()), "ranges of the set before");
+                assert!(lists.occludees.is_empty(), "ranges of the set before");
             }
             let mut selector = Selector::default();
             let params = LodParams { threshold, ..Default::default() };
             selector.update(set, &viewpoint(&camera, [320, 200], 0.6), &params).unwrap();
             on_gpu.update(&gpu, selector.selection()).unwrap();
             // The set is there already: its ranges stay.
-            on_gpu.upload(&gpu, set).unwrap();
+            on_gpu.upload(&gpu, &store, set).unwrap();
             let host = set.pages().zip(&set.stand_ins).zip(&selector.selection().pages);
-            for (page, ((particles, stand_ins), selected)) in on_gpu.pages().iter().zip(host) {
+            for ((page, lists), ((particles, stand_ins), selected)) in on_gpu.pages().zip(host) {
                 assert_eq!(page.particles.read(&gpu).unwrap(), particles);
                 assert_eq!(page.stand_in_spheres.read(&gpu).unwrap(), *stand_ins);
-                assert_eq!(page.front.read(&gpu).unwrap(), selected.front);
-                assert_eq!(page.occludees.read(&gpu).unwrap(), selected.occludees);
-                assert_eq!(page.mass.read(&gpu).unwrap(), selected.mass);
-                assert_eq!(page.stand_ins.read(&gpu).unwrap(), selected.stand_ins);
+                assert_eq!(lists.front.read(&gpu).unwrap(), selected.front);
+                assert_eq!(lists.occludees.read(&gpu).unwrap(), selected.occludees);
+                assert_eq!(lists.mass.read(&gpu).unwrap(), selected.mass);
+                assert_eq!(lists.stand_ins.read(&gpu).unwrap(), selected.stand_ins);
             }
             let now = gpu.memory().current();
             if round >= 3 {
@@ -58,6 +58,67 @@ fn pages_and_ranges_arrive_and_buffers_are_reused() {
             }
         }
     }
+}
+
+/// Five sets of the same size on the GPU, of which `room` fit into the budget, played round after round as a viewer does: each is
+/// drawn while the next one is uploaded. Returns what was done, and the bytes of one set.
+fn play(gpu: &Gpu, sets: &[ChunkedSet], room: f64, rounds: usize) -> (SetStoreStats, u64) {
+    let one = SetStore::default();
+    drop(one.get(gpu, &sets[0]).unwrap());
+    let bytes = one.stats().peak_bytes;
+    drop(one);
+    let before = gpu.memory().current();
+    let store = SetStore::new((room * bytes as f64) as u64);
+    let (mut drawn, mut ahead) = (GpuSet::default(), None);
+    for shown in 0..sets.len() * rounds {
+        drawn.upload(gpu, &store, &sets[shown % sets.len()]).unwrap();
+        drop(ahead.take());
+        ahead = store.get_ahead(gpu, &sets[(shown + 1) % sets.len()]).unwrap();
+        let particles = sets[shown % sets.len()].pages().flatten();
+        let on_gpu: Vec<_> = drawn.pages().flat_map(|(page, _)| page.particles.read(gpu).unwrap()).collect();
+        assert!(on_gpu.iter().eq(particles), "picture {shown} shows another set");
+        // Lists of ranges and what particles are read back through are small, and not in the budget.
+        let most = (room.max(1.0) + 1.5) * bytes as f64;
+        assert!(((gpu.memory().current() - before) as f64) < most, "picture {shown}");
+    }
+    (store.stats(), bytes)
+}
+
+#[test]
+fn sets_are_uploaded_ahead_and_kept_within_the_budget() {
+    let gpu = gpu();
+    // Moved by whole spacings: all take the same room.
+    let moved = |by: u8| {
+        let mut frame = pool([20, 20, 20], 0);
+        frame.positions.iter_mut().for_each(|position| position[0] += f32::from(by));
+        chunks::build(&frame, &ChunkOptions::new(10_000, 1.0))
+    };
+    let sets: Vec<_> = (0..5).map(moved).collect();
+    let (stats, bytes) = play(&gpu, &sets, 0.0, 2);
+    assert_eq!(
+        (stats.uploads, stats.uploads_ahead, stats.found),
+        (10, 0, 0),
+        "there is room for what is drawn only"
+    );
+    assert!(stats.peak_bytes < 2 * bytes, "{stats:?}");
+
+    let (stats, bytes) = play(&gpu, &sets, 2.5, 3);
+    assert_eq!(
+        (stats.uploads, stats.uploads_ahead, stats.found),
+        (1, 15, 14),
+        "all but the first one are there when drawn"
+    );
+    assert!(stats.peak_bytes <= stats.limit_bytes && stats.peak_bytes > bytes, "{stats:?}");
+
+    // Four of five: in each round after the first one, those that make way are the ones just shown, so that three are there
+    // still when their turn comes.
+    let (stats, _) = play(&gpu, &sets, 4.5, 5);
+    assert!(stats.peak_bytes <= stats.limit_bytes, "{stats:?}");
+    assert_eq!(stats.uploads + stats.found, 25);
+    assert!((5..=12).contains(&(stats.uploads + stats.uploads_ahead)), "{stats:?}");
+
+    let (stats, _) = play(&gpu, &sets, 9.0, 4);
+    assert_eq!((stats.uploads, stats.uploads_ahead, stats.found), (1, 4, 19), "each once, and never again");
 }
 
 const WEIGHTS: Shader = Shader {

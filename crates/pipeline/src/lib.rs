@@ -20,17 +20,21 @@ mod prepare;
 mod registry;
 mod renderer;
 mod settings;
+mod upload;
 mod world;
 
 pub use colors::ColorSettings;
 pub use error::PipelineError;
 pub use exposure::Exposure;
 pub use lod_view::LodView;
-pub use meniscus_lod::{LodParams, Mode as LodMode, Policy as LodPolicy, RateGovernor, Refinement};
+pub use meniscus_lod::{
+    LodParams, Mode as LodMode, Policy as LodPolicy, RateGovernor, Refinement, SetStoreStats,
+};
 pub use meniscus_shading::ShadingError;
 pub use meniscus_ssfr::SsfrError;
 pub use prepare::{PreparedFrame, PreparedSet, Preparer};
 pub use registry::Registry;
 pub use renderer::{Picture, Renderer};
 pub use settings::{SceneSettings, Settings, SettingsError};
+pub use upload::UploadAhead;
 pub use world::World;

@@ -1,3 +1,4 @@
+use std::sync::Arc;
 use std::time::Instant;
 
 use meniscus_compositor::Compositor;
@@ -5,7 +6,10 @@ use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCount
 use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Span, Timing};
 use meniscus_lod::weight::GROWS_BELOW;
-use meniscus_lod::{GpuPage, GpuSet, LodParams, ParticleCounts, Selection, Selector, Viewpoint, explain};
+use meniscus_lod::{
+    GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
+    Viewpoint, explain,
+};
 use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
 use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
 
@@ -15,7 +19,7 @@ use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
 use crate::lod_view::{Canvas, LodView};
 use crate::opaque_sets::OpaqueSets;
-use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, World};
+use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, UploadAhead, World};
 
 /// A finished picture.
 #[derive(Clone, Debug)]
@@ -37,7 +41,9 @@ struct DrawnSet {
 /// Draws prepared frames. What is long-lived (pipelines, images, buffers) is kept from frame to frame; a frame of the same
 /// size and particle number allocates nothing.
 pub struct Renderer {
-    gpu: Gpu,
+    gpu: Arc<Gpu>,
+    /// Particles on the GPU.
+    store: Arc<SetStore>,
     registry: Registry,
     settings: Settings,
     recorder: Recorder,
@@ -83,7 +89,8 @@ impl Renderer {
             counting: false,
             identities: IdentityWatch::default(),
             unstable: Flaws::default(),
-            gpu,
+            store: Arc::default(),
+            gpu: Arc::new(gpu),
             registry,
             settings,
         })
@@ -112,6 +119,26 @@ impl Renderer {
             identity: self.settings.lod.policy.identity(),
             quantity: world.color().map(|scale| scale.quantity.clone()),
         }
+    }
+
+    /// Lets particles of frames take up to `bytes` of the GPU's memory: of those that are drawn, of those uploaded ahead
+    /// ([`Self::upload_ahead`]), and of those kept until they are shown again. Without it, of those that are drawn; these are
+    /// there in any case.
+    pub fn set_gpu_memory(&mut self, bytes: u64) {
+        self.store = Arc::new(SetStore::new(bytes));
+    }
+
+    /// Starts a thread that uploads frames before they are drawn.
+    ///
+    /// # Errors
+    /// The system's, where it refuses a thread.
+    pub fn upload_ahead(&self) -> std::io::Result<UploadAhead> {
+        UploadAhead::new(Arc::clone(&self.gpu), Arc::clone(&self.store))
+    }
+
+    /// What was uploaded, and what was there already.
+    pub fn uploads(&self) -> SetStoreStats {
+        self.store.stats()
     }
 
     /// Changes the level of detail of the following frames. Another policy than that of [`Self::new`] needs frames prepared
@@ -203,10 +230,10 @@ impl Renderer {
         self.record(frame, world, camera, size)?;
         self.recorder.note("select, upload, record", begin);
         let begin = Instant::now();
-        let _ = self.recorder.submit(&self.gpu)?;
+        let submitted = self.recorder.submit(&self.gpu)?;
         self.recorder.note("submit", begin);
         let begin = Instant::now();
-        self.gpu.wait()?;
+        self.gpu.wait_for(submitted)?;
         self.recorder.note("wait for the GPU", begin);
         Ok(())
     }
@@ -280,8 +307,8 @@ impl Renderer {
     fn visible_particles(&self) -> Result<u64, PipelineError> {
         let pages = self.sets.iter().flat_map(|set| set.gpu.pages());
         let mut visible = 0;
-        for page in pages.filter(|page| !page.occludees.is_empty()) {
-            visible += page.visible.read(&self.gpu)?.iter().map(|range| u64::from(range.count)).sum::<u64>();
+        for (_, lists) in pages.filter(|(_, lists)| !lists.occludees.is_empty()) {
+            visible += lists.visible.read(&self.gpu)?.iter().map(|range| u64::from(range.count)).sum::<u64>();
         }
         Ok(visible)
     }
@@ -476,7 +503,7 @@ impl Renderer {
         let viewpoint = viewpoint(world, camera, size);
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
             drawn.look = set.look;
-            drawn.gpu.upload(&self.gpu, &set.chunked)?;
+            drawn.gpu.upload(&self.gpu, &self.store, &set.chunked)?;
             drawn.values.upload(&self.gpu, &set.chunked, &set.values)?;
             if drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)? {
                 drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
@@ -527,11 +554,12 @@ fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, selection: &Selecti
 }
 
 fn splat_inputs(set: &DrawnSet) -> Vec<SplatInput<'_>> {
-    set.gpu.pages().iter().map(splat_input).collect()
+    set.gpu.pages().map(|(page, lists)| splat_input(page, lists)).collect()
 }
 
-fn splat_input(page: &GpuPage) -> SplatInput<'_> {
-    let GpuPage { particles, stand_in_spheres, front, occludees, visible, mass, stand_ins } = page;
+fn splat_input<'a>(page: &'a SetPage, lists: &'a PageLists) -> SplatInput<'a> {
+    let SetPage { particles, stand_in_spheres } = page;
+    let PageLists { front, occludees, visible, mass, stand_ins } = lists;
     SplatInput {
         particles,
         front,

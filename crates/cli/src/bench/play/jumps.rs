@@ -1,5 +1,6 @@
 //! Dragging the seek bar: how soon something is seen of a frame, and how soon all of it.
 
+use std::sync::Arc;
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -32,7 +33,7 @@ pub struct JumpReport {
 
 /// Jumps to `jumps` places all over the series of `prefetcher`.
 pub fn run(
-    prefetcher: &Prefetcher<PreparedFrame>,
+    prefetcher: &Prefetcher<Arc<PreparedFrame>>,
     studio: &mut Studio,
     orbit: &mut Orbit,
     jumps: u32,

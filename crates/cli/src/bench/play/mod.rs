@@ -13,8 +13,8 @@ use std::time::{Duration, Instant, SystemTime};
 use meniscus_core::{Cancel, Flaw, Flaws, FrameSource, SetFrame};
 use meniscus_gpu::process_cpu_ms;
 use meniscus_io::Series;
-use meniscus_pipeline::{PreparedFrame, Preparer, Registry};
-use meniscus_prefetch::{FrameState, Plan, PrefetchOptions, PrefetchStats, Prefetcher};
+use meniscus_pipeline::{PreparedFrame, Preparer, Registry, SetStoreStats};
+use meniscus_prefetch::{FrameState, Plan, PrefetchError, PrefetchOptions, PrefetchStats, Prefetcher};
 use serde_json::json;
 
 use self::apart::Apart;
@@ -171,12 +171,13 @@ struct Played {
     jumps: Option<JumpReport>,
     resident_before: Option<u64>,
     resident_peak: Option<u64>,
+    uploads: SetStoreStats,
     flaws: Flaws,
 }
 
 impl Played {
     /// Adds what the prefetcher has seen since the process had taken `cpu_ms` and the series had `known` frames.
-    fn finish(mut self, prefetcher: &Prefetcher<PreparedFrame>, cpu_ms: f64, known: usize) -> Self {
+    fn finish(mut self, prefetcher: &Prefetcher<Arc<PreparedFrame>>, cpu_ms: f64, known: usize) -> Self {
         self.cpu_ms = process_cpu_ms() - cpu_ms;
         self.stats = prefetcher.stats();
         let records = prefetcher.records();
@@ -207,13 +208,14 @@ impl Player<'_> {
         let reader_trace = Arc::clone(self.trace);
         let prepare = move |frame: SetFrame| {
             let (begin, index) = (Instant::now(), frame.index);
-            let prepared = preparer.prepare(frame);
+            let prepared = Arc::new(preparer.prepare(frame));
             reader_trace.on_this_thread("prepare", begin, json!({ "frame": index }));
             prepared
         };
         let (asked, cpu) = (Instant::now(), process_cpu_ms());
         options.coarse_share = play.jumps.map(|_| jumps::COARSE_SHARE);
-        let prefetcher = Prefetcher::new(source, prepare, PreparedFrame::bytes, options)?;
+        let prefetcher =
+            Prefetcher::new(source, prepare, |frame: &Arc<PreparedFrame>| frame.bytes(), options)?;
         if let Some(count) = play.jumps {
             let mut orbit = Orbit::new(&self.args.picture);
             let report = jumps::run(&prefetcher, studio, &mut orbit, count, self.cancel)?;
@@ -223,6 +225,10 @@ impl Player<'_> {
             return Ok(played.finish(&prefetcher, cpu, known));
         }
         let looping = play.rounds > 1;
+        let gpu_memory = play.gpu_memory.map_or_else(|| gpu_memory(studio), |bytes| bytes.0);
+        studio.renderer.set_gpu_memory(gpu_memory);
+        let uploads = (gpu_memory > 0).then(|| studio.renderer.upload_ahead()).transpose();
+        let uploads = uploads.map_err(PrefetchError::from)?;
         prefetcher.set_plan(Plan::Play { playhead: self.args.frame, step: play.step, looping });
 
         let wanted = round as u64 * u64::from(play.rounds);
@@ -259,6 +265,12 @@ impl Player<'_> {
                 clock.late();
             }
             let drawing = Instant::now();
+            next = following(self.args, index, prefetcher.frame_count());
+            if let (Some(uploads), Some(next)) = (&uploads, next)
+                && let Some(coming) = prefetcher.peek(next)
+            {
+                uploads.begin(coming);
+            }
             match taken {
                 Ok(frame) => {
                     match orbit.draw(studio, &frame, self.cancel) {
@@ -290,17 +302,17 @@ impl Player<'_> {
             self.trace.counter("bytes of frames", prefetcher.stats().held_bytes);
             played.resident_peak = played.resident_peak.max(resident_bytes());
             bar.inc(1);
-            next = following(self.args, index, prefetcher.frame_count());
         }
         bar.finish_and_clear();
         played.wall_ms = ms_since(began);
+        played.uploads = studio.renderer.uploads();
         Ok(played.finish(&prefetcher, cpu, known))
     }
 }
 
 impl Player<'_> {
     /// Waits until playing can begin: as many frames are there as are read at once, or as can be.
-    fn wait_for_start(&self, prefetcher: &Prefetcher<PreparedFrame>, readers: usize) {
+    fn wait_for_start(&self, prefetcher: &Prefetcher<Arc<PreparedFrame>>, readers: usize) {
         loop {
             let states = prefetcher.status();
             let count = |is: fn(&FrameState) -> bool| states.iter().filter(|state| is(state)).count();
@@ -323,6 +335,14 @@ impl Player<'_> {
             speed.set_frame_time(Duration::from_secs_f64(times * mean_ms / 1e3));
         }
     }
+}
+
+/// What particles may take of the GPU's memory where nothing is said. Software draws from the memory that frames are read into:
+/// uploading ahead would only take the cores from drawing, and what is kept from reading ahead.
+fn gpu_memory(studio: &Studio) -> u64 {
+    /// Less than what graphics cards have had for ten years, and some fifty frames of a million particles.
+    const OF_GPUS: u64 = 1_000_000_000;
+    if studio.renderer.gpu().summary().is_software() { 0 } else { OF_GPUS }
 }
 
 /// Pictures over which the time of drawing is averaged for a medium that follows it: of fewer, one that another program delayed
@@ -404,6 +424,9 @@ fn report(
             reads_failed: stats.frames_failed,
             frames_changed: stats.frames_changed,
             frames_added: played.added,
+            uploads: played.uploads.uploads,
+            uploads_ahead: played.uploads.uploads_ahead,
+            found_on_gpu: played.uploads.found,
             delivered_mb_per_s: stats.file_bytes_per_second().map(|rate| rate / 1e6),
             medium_mb_per_s: medium.map(|(rate, _)| rate / 1e6),
             medium: medium.map_or("unknown", |(_, name)| name),
@@ -415,6 +438,8 @@ fn report(
             peak_over_budget_bytes: stats.peak_over_budget_bytes,
             resident_before_bytes: played.resident_before,
             resident_peak_bytes: played.resident_peak,
+            gpu_budget_bytes: played.uploads.limit_bytes,
+            gpu_peak_particle_bytes: played.uploads.peak_bytes,
             gpu_peak_bytes: studio.renderer.gpu().memory().peak(),
         },
         frames: played.frames.clone(),

@@ -71,10 +71,15 @@ pub struct PlayFigures {
     pub frames_read: u64,
     pub reads_cancelled: u64,
     pub reads_failed: u64,
-    /// Frames that failed and were read again because their files had changed.
+    /// Frames that were in memory or had failed and were given up, to be read again, because their files had changed.
     pub frames_changed: u64,
     /// Frames that joined the series.
     pub frames_added: usize,
+    /// Sets of particles that were uploaded when they were to be drawn, that were uploaded while others were drawn, and that were
+    /// on the GPU when they were to be drawn: uploaded ahead, or kept since they were last shown.
+    pub uploads: u64,
+    pub uploads_ahead: u64,
+    pub found_on_gpu: u64,
     /// What came while something was being read.
     pub delivered_mb_per_s: Option<f64>,
     /// What the medium gives to one who reads files one after the other and does not look at them.
@@ -95,6 +100,9 @@ pub struct MemoryReport {
     /// Of the process, without pages of mapped files, before playing, and at most while playing, seen once per picture.
     pub resident_before_bytes: Option<u64>,
     pub resident_peak_bytes: Option<u64>,
+    /// On the GPU, for particles: the budget, and what they took at most. What is drawn is there in any case.
+    pub gpu_budget_bytes: u64,
+    pub gpu_peak_particle_bytes: u64,
     /// Buffers and textures, at most.
     pub gpu_peak_bytes: u64,
 }

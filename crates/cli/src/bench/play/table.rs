@@ -68,6 +68,14 @@ pub fn print_table(report: &PlayReport) {
         ));
     }
     print(format_args!(
+        "on the GPU: {} sets uploaded ahead, {} when drawn, {} found there; particles {:.0} MiB at most, the budget is {:.0} MiB",
+        play.uploads_ahead,
+        play.uploads,
+        play.found_on_gpu,
+        mib(memory.gpu_peak_particle_bytes),
+        mib(memory.gpu_budget_bytes)
+    ));
+    print(format_args!(
         "reads: {} frames, {} cancelled, {} failed; {} frames changed, {} added",
         play.frames_read, play.reads_cancelled, play.reads_failed, play.frames_changed, play.frames_added
     ));
