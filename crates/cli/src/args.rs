@@ -11,7 +11,7 @@ use meniscus_io::{IoMode, Region};
 
 use meniscus_pipeline::LodView;
 
-pub use film::{EncodingArgs, JoinArgs, TimeArgs};
+pub use film::{EncodingArgs, ExposureArgs, JoinArgs, TimeArgs};
 
 use crate::failure::Failure;
 use crate::values::{
@@ -365,13 +365,17 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub encoding: EncodingArgs,
 
+    /// What every picture is the mean of.
+    #[command(flatten)]
+    pub exposure: ExposureArgs,
+
     /// Memory for frames read ahead: a share of what is free, or bytes, like 500MB [default: half of what is free].
     #[arg(long, value_name = "SHARE|BYTES")]
     pub memory: Option<MemorySize>,
 
     /// Show what level of detail decided instead: lod-kept, lod-chunks, lod-levels on the water, or lod-culled, a map of what
     /// was drawn (green), tested (blue) and left out (red: outside, violet: too near, grey: too far).
-    #[arg(long, value_name = "VIEW", conflicts_with = "motion_blur")]
+    #[arg(long, value_name = "VIEW", conflicts_with_all = ["samples", "motion_blur", "aperture"])]
     pub show: Option<LodView>,
 
     /// Write a JSON report: adapter, milliseconds per stage, work done, automatic choices, flaws.

@@ -1,7 +1,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use meniscus_compositor::Compositor;
+use meniscus_compositor::{Compositor, CompositorParameters};
 use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
 use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Span, Timing};
@@ -335,15 +335,15 @@ impl Renderer {
         self.images.as_ref().expect("a frame was drawn before its images are asked for")
     }
 
-    /// Puts `radiance` in place of what was drawn last; its display pixels.
+    /// Puts `radiance`, whose edges are smooth, in place of what was drawn last; its display pixels.
     ///
     /// # Panics
     /// Before the first frame, or if `radiance` is of another size.
     pub(crate) fn recompose(&mut self, radiance: &[[f32; 4]]) -> Result<Vec<u32>, PipelineError> {
         let images = self.images.as_mut().expect("a frame was drawn before it is composed again");
         images.radiance.write(&self.gpu, radiance)?;
-        let post = &self.settings.post;
-        self.compositor.record(&self.gpu, &mut self.recorder, post, &images.radiance, &images.display);
+        let post = CompositorParameters { anti_aliasing: false, ..self.settings.post.clone() };
+        self.compositor.record(&self.gpu, &mut self.recorder, &post, &images.radiance, &images.display);
         let _ = self.recorder.submit(&self.gpu)?;
         let pixels = images.display.read(&self.gpu)?;
         // What composing again costs is a part of no frame.

@@ -9,6 +9,7 @@ mod camera;
 mod camera_path;
 mod description;
 mod error;
+mod lens;
 mod material;
 mod mesh;
 mod scene;
@@ -21,6 +22,7 @@ pub use description::{
     BoxDescription, Description, FloorDescription, SkyDescription, SunDescription, WallsDescription,
 };
 pub use error::SceneError;
+pub use lens::Lens;
 pub use material::{Material, Pattern};
 pub use mesh::{Mesh, Sides};
 pub use scene::{Floor, Object, Scene, Sky, Sun};

@@ -166,8 +166,8 @@ fn what_moves_is_blurred_and_a_camera_that_goes_along_keeps_it_sharp() {
     // A picture every half unit of time, in which the block moves by half a unit, fifteen pixels.
     let flags = format!("render block.pvd {spheres} --fps 2 --speed 1");
     program.run(&format!("{flags} --interpolate -o sharp_%d.png")).ok();
-    program.run(&format!("{flags} --motion-blur 1 --blur-samples 12 -o blur_%d.png")).ok();
-    program.run(&format!("{flags} --motion-blur 0.25 --blur-samples 4 -o little_%d.png")).ok();
+    program.run(&format!("{flags} --motion-blur 1 --samples 12 -o blur_%d.png")).ok();
+    program.run(&format!("{flags} --motion-blur 0.25 --samples 4 -o little_%d.png")).ok();
     let [sharp, blurred, little] =
         ["sharp", "blur", "little"].map(|name| coverage(&program, &format!("{name}_1.png")));
     for (found, name) in [(blurred, "blurred"), (little, "little")] {
@@ -187,8 +187,8 @@ fn what_moves_is_blurred_and_a_camera_that_goes_along_keeps_it_sharp() {
     let to = from + flags[from..].find(" --size").expect("a size");
     let along =
         format!("{}--camera-path along.toml{} --fps 2", &flags[..from], &flags[to..].replace("--fps 2", ""));
-    program.run(&format!("{along} --interpolate -o still_%d.png")).ok();
-    program.run(&format!("{along} --motion-blur 1 --blur-samples 4 -o along_%d.png")).ok();
+    program.run(&format!("{along} --interpolate --samples 4 -o still_%d.png")).ok();
+    program.run(&format!("{along} --motion-blur 1 --samples 4 -o along_%d.png")).ok();
     let [still, along] = ["still_1.png", "along_1.png"].map(|name| coverage(&program, name));
     // Positions are rounded to f32, elsewhere in every part: single pixels of edges differ.
     assert!((along.0 / still.0 - 1.0).abs() < 0.01 && along.2 < still.2 + 20, "{along:?}, {still:?}");

@@ -8,6 +8,7 @@ mod convert;
 mod counters;
 mod detail;
 mod errors;
+mod exposure;
 mod films;
 mod help;
 mod info;

@@ -85,15 +85,6 @@ pub struct TimeArgs {
     #[arg(long)]
     pub interpolate: bool,
 
-    /// Blur what moves, as a shutter does that is open for this share of the time between two pictures (0.5 is that of film
-    /// cameras): the mean light of --blur-samples moments, with particles and camera on their way as with --interpolate.
-    #[arg(long, value_name = "0..1", allow_negative_numbers = true, value_parser = crate::values::shutter)]
-    pub motion_blur: Option<f64>,
-
-    /// Moments per picture of --motion-blur, each of them drawn.
-    #[arg(long, value_name = "N", default_value_t = 8, requires = "motion_blur", value_parser = clap::value_parser!(u32).range(2..=256))]
-    pub blur_samples: u32,
-
     /// Draw the i-th of n shares of the pictures, from 1: every n-th picture. Put together by `meniscus join`.
     #[arg(long, value_name = "I/N")]
     pub shard: Option<Shard>,
@@ -101,6 +92,39 @@ pub struct TimeArgs {
     /// Leave out pictures that are there already, whole, of these settings and not older than their data.
     #[arg(long)]
     pub resume: bool,
+}
+
+/// Pictures that are the mean of several.
+#[derive(Clone, Debug, Args)]
+pub struct ExposureArgs {
+    /// Draw every picture N times, parts of a pixel aside, and take the mean light: smooth edges in every format [default: 16 with
+    /// --motion-blur or --aperture, else 1].
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1024))]
+    pub samples: Option<u32>,
+
+    /// Blur what moves, as a shutter does that is open for this share of the time between two pictures (0.5 is that of film
+    /// cameras), with particles and camera on their way as with --interpolate.
+    #[arg(long, value_name = "0..1", allow_negative_numbers = true, value_parser = crate::values::shutter)]
+    pub motion_blur: Option<f64>,
+
+    /// Blur what is out of focus, through a lens of this diameter in the file's unit.
+    #[arg(long, value_name = "DIAMETER", allow_negative_numbers = true, value_parser = crate::values::positive)]
+    pub aperture: Option<f64>,
+
+    /// Distance from the eye that is in focus [default: that of the point looked at].
+    #[arg(long, value_name = "DISTANCE", requires = "aperture", allow_negative_numbers = true, value_parser = crate::values::positive)]
+    pub focus: Option<f64>,
+}
+
+/// How many pictures make one that is blurred, unless something else is asked for.
+const BLUR_SAMPLES: u32 = 16;
+
+impl ExposureArgs {
+    /// How many pictures make one.
+    pub fn samples(&self) -> u32 {
+        let is_blurred = self.motion_blur.is_some() || self.aperture.is_some();
+        self.samples.unwrap_or(if is_blurred { BLUR_SAMPLES } else { 1 })
+    }
 }
 
 /// `meniscus join`.

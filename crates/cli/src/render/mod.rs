@@ -17,6 +17,7 @@ use meniscus_io::Series;
 use meniscus_overlay::Overlay;
 use meniscus_pipeline::{Exposure, Picture, PreparedFrame, Registry};
 use meniscus_prefetch::{Plan, PrefetchOptions, Prefetcher};
+use meniscus_scene::Lens;
 use meniscus_timeline::Sample;
 use serde_json::json;
 
@@ -150,17 +151,26 @@ fn works<'a>(
     output: &mut Output,
 ) -> Result<Vec<Work<'a>>, Failure> {
     let mut works: Vec<Work<'a>> = Vec::new();
+    let (size, exposure) = (args.picture.size.0, &args.exposure);
+    let lens = Lens {
+        aperture_world: exposure.aperture.unwrap_or(0.0) as f32,
+        focus_world: exposure.focus.map(|distance| distance as f32),
+    };
     for shot in &shots.shots {
         let number = shot.moment.number;
-        let cameras = shot.parts.iter().map(|part| look.at(part)).collect::<Result<Vec<_>, _>>()?;
+        let camera = |part: &Part| {
+            let camera = look.at(part)?;
+            Ok::<_, Failure>(part.sample.map_or(camera, |sample| lens.camera(&camera, sample, size)))
+        };
+        let cameras = shot.parts.iter().map(camera).collect::<Result<Vec<_>, _>>()?;
         let samples = || shot.parts.iter().map(|part| part.moment.sample);
         let parts: Vec<_> = samples().zip(cameras.iter().copied()).collect();
         let camera = look.at(&Part::whole(shot.moment))?;
-        let overlay = captions.of(&shot.moment, &camera, args.picture.size.0);
+        let overlay = captions.of(&shot.moment, &camera, size);
         let note = maker.note(&parts, &overlay);
         if args.time.resume {
             let files: Vec<_> = samples().flat_map(|sample| files(series, &sample)).collect();
-            if output.has(number, args.picture.size.0, &note, &files) {
+            if output.has(number, size, &note, &files) {
                 output.skip(number);
                 continue;
             }
@@ -298,7 +308,7 @@ impl Session<'_> {
         let (number, time) = (work.shot.moment.number, work.shot.moment.time);
         let mut exposure = Exposure::default();
         let mut picture: Option<Picture> = None;
-        let is_blurred = work.shot.parts.len() > 1;
+        let is_mean = work.shot.parts.len() > 1;
         for (part, camera) in std::iter::zip(&work.shot.parts, &work.cameras) {
             let mut frame = match self.take(part, prefetcher) {
                 Ok(frame) => frame,
@@ -308,7 +318,7 @@ impl Session<'_> {
             // What reading it took is told once.
             frame.read = None;
             self.held = Some((part.index, frame));
-            if is_blurred {
+            if is_mean {
                 self.studio.renderer.expose(&mut exposure)?;
             }
             if let Some(before) = &picture {
@@ -317,7 +327,7 @@ impl Session<'_> {
             picture = Some(drawn);
         }
         let Picture { mut pixels, report } = picture.expect("every picture has a part");
-        if is_blurred {
+        if is_mean {
             pixels = self.studio.renderer.fix(&exposure)?;
         }
         let (size, factor) = (self.studio.size, self.args.supersample);

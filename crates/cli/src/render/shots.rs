@@ -33,7 +33,7 @@ pub struct Shots {
 pub struct Shot {
     /// What it shows.
     pub moment: Moment,
-    /// What it is the mean of, one after the other: itself, or moments while the shutter is open.
+    /// What it is the mean of, one after the other: itself, once or several times, or moments while the shutter is open.
     pub parts: Vec<Part>,
 }
 
@@ -43,6 +43,8 @@ pub struct Part {
     pub moment: Moment,
     /// How much later than the picture's own moment it is, in pictures.
     pub later: f64,
+    /// Its number among the parts of the picture, by which they differ; `None` where it is the only one.
+    pub sample: Option<u32>,
     /// Its frame in [`Shots::source`].
     pub index: usize,
 }
@@ -77,10 +79,7 @@ impl Shots {
         let mut shots: Vec<Shot> = mine
             .moments()
             .iter()
-            .map(|&moment| Shot {
-                moment,
-                parts: blur.as_ref().map_or_else(|| vec![Part::whole(moment)], |b| b.parts(moment)),
-            })
+            .map(|&moment| Shot { moment, parts: parts(moment, args.exposure.samples(), blur.as_ref()) })
             .collect();
         let is_resampled = on_time || blur.is_some();
         let source: Arc<dyn FrameSource> = if is_resampled {
@@ -108,8 +107,20 @@ impl Shots {
 impl Part {
     /// All of a picture. Its frame is the one of its number, as in the series.
     pub fn whole(moment: Moment) -> Self {
-        Self { moment, later: 0.0, index: moment.number }
+        Self { moment, later: 0.0, sample: None, index: moment.number }
     }
+}
+
+/// What the picture of `moment` is the mean of.
+fn parts(moment: Moment, samples: u32, blur: Option<&Blur>) -> Vec<Part> {
+    let mut parts =
+        blur.map_or_else(|| vec![Part::whole(moment); samples as usize], |blur| blur.parts(moment));
+    if parts.len() > 1 {
+        for (sample, part) in (0..).zip(&mut parts) {
+            part.sample = Some(sample);
+        }
+    }
+    parts
 }
 
 /// Motion blur of pictures of a series.
@@ -130,7 +141,7 @@ impl Blur {
         cancel: &Cancel,
         flaws: &mut Flaws,
     ) -> Result<Option<Self>, Failure> {
-        let Some(share) = args.time.motion_blur else { return Ok(None) };
+        let Some(share) = args.exposure.motion_blur else { return Ok(None) };
         let mut because = |reason: &str| {
             flaws.add(Flaw::MotionNotBlurred { reason: reason.into() });
             Ok(None)
@@ -147,7 +158,7 @@ impl Blur {
         // Refuses times that do not rise.
         Timeline::at_constant_speed(&frames, step, Sampling::Nearest)
             .map_err(|error| Failure::Usage(error.to_string()))?;
-        let shutter = Shutter { open: share * step, samples: args.time.blur_samples };
+        let shutter = Shutter { open: share * step, samples: args.exposure.samples() };
         Ok(Some(Self { shutter, step, frames }))
     }
 
@@ -161,7 +172,7 @@ impl Blur {
         };
         let part = |part: Moment| {
             let later = (part.time.unwrap_or(time) - time) / self.step;
-            Part { moment: part, later, index: 0 }
+            Part { moment: part, later, sample: None, index: 0 }
         };
         self.shutter.moments(moment.number, time, &self.frames).into_iter().map(part).collect()
     }
@@ -175,7 +186,8 @@ fn at_constant_speed(
     step: f64,
     flaws: &mut Flaws,
 ) -> Result<Timeline, Failure> {
-    let (is_asked, can_follow) = (args.time.interpolate || args.time.motion_blur.is_some(), series.has_ids());
+    let (is_asked, can_follow) =
+        (args.time.interpolate || args.exposure.motion_blur.is_some(), series.has_ids());
     let sampling = if is_asked && can_follow { Sampling::Interpolated } else { Sampling::Nearest };
     let timeline = Timeline::at_constant_speed(times, step, sampling)
         .map_err(|error| Failure::Usage(error.to_string()))?;
