@@ -7,6 +7,7 @@ use meniscus_export::{ExportError, FilmOptions, Format, OutputPattern, open_film
 
 use crate::args::JoinArgs;
 use crate::failure::Failure;
+use crate::render::keep_film;
 use crate::terminal::{Terminal, interrupt};
 
 /// More missing numbers than this are not listed one by one.
@@ -30,10 +31,10 @@ pub fn run(args: &JoinArgs, terminal: &Terminal) -> Result<(), Failure> {
     };
     let mut film = open_film(&args.output, &options)?;
     let bar = terminal.progress(pictures.len() as u64, "pictures");
-    for path in pictures.values() {
+    for (written, path) in pictures.values().enumerate() {
         if cancel.is_cancelled() {
             bar.finish_and_clear();
-            let kept = format!("nothing of {} is left", args.output.display());
+            let kept = keep_film(Some(film).filter(|_| written > 0), &args.output, pictures.len());
             return Err(Failure::InterruptedOutput { kept });
         }
         let (found, pixels) = read_still(path)?;

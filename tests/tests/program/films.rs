@@ -297,11 +297,9 @@ fn killing_at_any_moment_leaves_no_half_film() {
     }
 }
 
-#[test]
-fn an_interrupted_film_is_kept_under_a_name_that_says_so() {
-    let program = program_with_dam(2000, 100);
-    let mut running =
-        program.start("render dam/dam_break.pvd -o out/f.mp4 --size 160x90 --report r.json", &[]);
+/// Interrupts `command`, which writes to `out/`, once something is there; what it said.
+fn interrupted(program: &Program, command: &str) -> String {
+    let mut running = program.start(command, &[]);
     running.wait_for(&program.path("out"));
     let grown = || {
         std::fs::read_dir(program.path("out"))
@@ -312,12 +310,27 @@ fn an_interrupted_film_is_kept_under_a_name_that_says_so() {
     };
     while !grown() && !running.has_ended() {}
     kill_process(Pid::from_raw(running.id() as i32).expect("a process"), Signal::INT).expect("a signal");
-    let outcome = running.finish().expect(130);
-    assert!(outcome.stderr.contains("of 100 pictures are in out/f.partial.mp4"), "{outcome:#?}");
+    running.finish().expect(130).stderr.clone()
+}
+
+#[test]
+fn an_interrupted_film_is_kept_under_a_name_that_says_so() {
+    let program = program_with_dam(2000, 100);
+    let said = interrupted(&program, "render dam/dam_break.pvd -o out/f.mp4 --size 160x90 --report r.json");
+    assert!(said.contains("of 100 pictures are in out/f.partial.mp4"), "{said}");
     assert_eq!(program.list("out"), ["f.partial.mp4"]);
     let count = film(&program, "out/f.partial.mp4").pictures.len();
     assert!((1..100).contains(&count));
     assert_eq!(read_json(&program.path("r.json"))["frames"].as_array().map(Vec::len), Some(count));
+
+    program.run("render dam/dam_break.pvd -o p/p_0.png --size 640x360 --frame 0").ok();
+    for number in 1..400 {
+        std::fs::copy(program.path("p/p_0.png"), program.path(&format!("p/p_{number}.png"))).expect("a copy");
+    }
+    std::fs::remove_dir_all(program.path("out")).expect("emptied");
+    let said = interrupted(&program, "join p -o out/j.avi");
+    assert!(said.contains("of 400 pictures are in out/j.partial.avi"), "{said}");
+    assert_eq!(program.list("out"), ["j.partial.avi"]);
 }
 
 /// A limit on the size of files stands for a full disk: the system refuses in the middle of a write.

@@ -25,6 +25,7 @@ use self::captions::Captions;
 use self::look::Look;
 use self::note::Maker;
 use self::output::Output;
+pub use self::output::keep_film;
 use self::shots::{Part, Shot, Shots};
 use crate::args::{Global, RenderArgs};
 use crate::failure::Failure;

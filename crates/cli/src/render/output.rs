@@ -217,18 +217,22 @@ impl Output {
                 format!("{count} of {wanted} pictures are there, missing: {missing}{hint}")
             }
             Self::Film(FilmOutput { path, film, written, .. }) => {
-                let ending = path.extension().unwrap_or_default().to_string_lossy();
-                let partial = path.with_extension(format!("partial.{ending}"));
-                match film.filter(|_| written > 0).map(|film| film.finish(&partial)) {
-                    Some(Ok(film)) => format!(
-                        "the first {} of {wanted} pictures are in {}",
-                        film.pictures,
-                        film.path.display()
-                    ),
-                    _ => format!("nothing of {} is left", path.display()),
-                }
+                keep_film(film.filter(|_| written > 0), &path, wanted)
             }
         }
+    }
+}
+
+/// Completes a film that was to be `path`, under a name that says that it is a part of the `wanted` pictures; what there is, in
+/// words. Without a picture there is nothing.
+pub fn keep_film(film: Option<Box<dyn Film>>, path: &Path, wanted: usize) -> String {
+    let ending = path.extension().unwrap_or_default().to_string_lossy();
+    let partial = path.with_extension(format!("partial.{ending}"));
+    match film.map(|film| film.finish(&partial)) {
+        Some(Ok(film)) => {
+            format!("the first {} of {wanted} pictures are in {}", film.pictures, film.path.display())
+        }
+        _ => format!("nothing of {} is left", path.display()),
     }
 }
 
