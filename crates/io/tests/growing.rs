@@ -36,6 +36,12 @@ fn frames_are_added_behind_those_known() {
         assert_eq!((series.files(2), series.files(3)), (vec![added[1].clone()], vec![added[2].clone()]));
         // The numbers of the files are 2, 3, 4 and 10.
         assert_eq!(series.times(), [0.0, 0.5, 1.0, 4.0].map(Some));
+        put(folder.path(), 5);
+        assert_eq!(
+            series.look_again().expect("looks"),
+            4,
+            "one between the others would move their numbers, too"
+        );
         fs::remove_file(folder.path().join("f_2.vtu")).expect("removed");
         assert_eq!(series.look_again().expect("looks"), 4);
         assert!(series.read(0, &FrameRequest::default(), &Cancel::default()).is_err());

@@ -125,6 +125,8 @@ impl Renderer {
     /// ([`Self::upload_ahead`]), and of those kept until they are shown again. Without it, of those that are drawn; these are
     /// there in any case.
     pub fn set_gpu_memory(&mut self, bytes: u64) {
+        self.sets.clear();
+        self.gpu.forget_bindings();
         self.store = Arc::new(SetStore::new(bytes));
     }
 
