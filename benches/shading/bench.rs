@@ -100,6 +100,7 @@ impl Studio {
         let inputs = LightingInputs {
             camera: &self.camera,
             surroundings: self.geometry.surroundings(),
+            environment: self.geometry.environment(),
             scale: SCALE,
             distance: &self.distance,
             thickness: &self.thickness,

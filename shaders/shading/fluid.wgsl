@@ -59,7 +59,7 @@ fn shade(water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, path_world
 
     let clear = transmitted(model.medium, sky, normal, behind, path_world);
     let through = tinted(sky, clear, tint, normal);
-    let mirror = environment(position, mirrored(normal, to_eye));
+    let mirror = environment(position, mirrored(normal, to_eye), model.alpha);
 
     // The variance of the normals widens the sun's lobe (Kaplanyan et al. 2016), so that noise does not become speckle. At
     // grazing view the lobe is fed by the rims of single particles: fade it.

@@ -84,7 +84,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let open = 1.0 - model.gaps * enclosed(id.xy, water);
     let body = albedo / PI * open * (ambient(sky, normal) + max(lobe, 0.0) * n_l * sky.sun_irradiance);
 
-    let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye));
+    let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye), FILM_ALPHA);
     let glint = sun_glint(normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
     let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
     let color = mix(body, mirror, film) + wet * open * glint;

@@ -53,7 +53,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let alpha = min(sqrt(model.alpha * model.alpha + 0.5 * around.spread), 0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
     let glint = facing * sun_glint(normal, to_eye, water.n_v, alpha, model.refractive_index);
-    let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye));
+    let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye), model.alpha);
     let cosine = min(sqrt(water.n_v * water.n_v + 0.2 * around.spread), 1.0);
     let left = mix(1.0, COLOR_MIRROR, tint.a);
     let color = mix(body, mirror, left * fresnel_dielectric(cosine, model.refractive_index)) + left * glint;

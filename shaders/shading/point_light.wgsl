@@ -70,7 +70,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * background(path.end_px, path.nearest_distance, scene.rgb);
     let refracted = tinted(sky, transmitted(model.medium, sky, normal, behind, path.length_world), tint, normal);
-    let mirror = environment(position, mirrored(normal, to_eye));
+    let mirror = environment(position, mirrored(normal, to_eye), 0.0);
     let left = reflectance * mix(1.0, COLOR_MIRROR, tint.a);
     let color = mix(refracted, mirror, left) + intensity * left * (cos_i + highlight);
     radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));

@@ -29,7 +29,7 @@ fn sun_glint(normal: vec3<f32>, to_eye: vec3<f32>, n_v: f32, alpha: f32, refract
     return min(glint, vec3(MAX_GLINT));
 }
 
-// What the mirror shows, seen from `position` (world).
-fn environment(position: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
-    return surroundings_radiance(surroundings, position, direction);
+// What a mirror of GGX width `alpha` shows, seen from `position` (world).
+fn environment(position: vec3<f32>, direction: vec3<f32>, alpha: f32) -> vec3<f32> {
+    return surroundings_radiance(surroundings, position, direction, sqrt(alpha));
 }

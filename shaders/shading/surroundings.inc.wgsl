@@ -1,5 +1,6 @@
 #define_import_path meniscus::surroundings
 
+#import meniscus::environment::{EnvironmentSize, environment_radiance}
 #import meniscus::sky::{Sky, sky_radiance, sky_and_ground_radiance}
 #import meniscus::surface::NO_SURFACE
 #import meniscus::material::Material
@@ -23,6 +24,8 @@ struct Surroundings {
     // Radiance of the lit floor, averaged over its pattern and all directions.
     floor_radiance: vec3<f32>,
     pad: f32,
+    // A picture in place of the sky.
+    environment: EnvironmentSize,
 }
 
 // Length along the unit direction to the floor; NO_SURFACE if it is not met from above.
@@ -40,16 +43,30 @@ fn clear_share(s: Surroundings, length: f32) -> f32 {
     return exp2(-1.44269504 * length * s.haze_per_world);
 }
 
-// Sky, or the ground that stands for it where there is no floor.
-fn far_radiance(s: Surroundings, direction: vec3<f32>) -> vec3<f32> {
+// What is far away in the unit direction, seen in a mirror of this perceptual roughness: the picture of the surroundings, or
+// sky and the ground that stands for it where there is no floor.
+fn blurred_far_radiance(s: Surroundings, direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     let sky = sky_radiance(s.sky, direction);
-    return select(sky_and_ground_radiance(s.sky, direction, sky), sky, s.has_floor != 0u);
+    var radiance = select(sky_and_ground_radiance(s.sky, direction, sky), sky, s.has_floor != 0u);
+    // A loop of one turn or none: software drivers run through both branches of a choice, but not through loops that end.
+    for (var k = 0u; k < min(s.environment.sharp.x, 1u); k++) {
+        var local = vec3(dot(direction, s.east), dot(direction, s.north), dot(direction, s.sky.up));
+        // The floor hides what lies below the horizon, and fades into what lies at it.
+        local.z = select(local.z, max(local.z, 0.0), s.has_floor != 0u);
+        radiance = environment_radiance(s.environment, local / max(length(local), 1e-6), roughness);
+    }
+    return radiance;
+}
+
+// The same without blur.
+fn far_radiance(s: Surroundings, direction: vec3<f32>) -> vec3<f32> {
+    return blurred_far_radiance(s, direction, 0.0);
 }
 
 // Radiance that arrives at `origin` (world) against the unit `direction`, with the floor's pattern averaged out: for what is
 // seen in the moving mirror of the water.
-fn surroundings_radiance(s: Surroundings, origin: vec3<f32>, direction: vec3<f32>) -> vec3<f32> {
+fn surroundings_radiance(s: Surroundings, origin: vec3<f32>, direction: vec3<f32>, roughness: f32) -> vec3<f32> {
     let length = trace_floor(s, origin, direction);
     let clear = select(0.0, clear_share(s, length), length < NO_SURFACE);
-    return mix(far_radiance(s, direction), s.floor_radiance, clear);
+    return mix(blurred_far_radiance(s, direction, roughness), s.floor_radiance, clear);
 }

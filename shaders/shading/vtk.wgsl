@@ -65,7 +65,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let at_px = clamp(vec2<f32>(id.xy) + 0.5 + shift, vec2(0.0), vec2<f32>(camera.size_px));
     let attenuation = mix(model.attenuation, max(dye, vec3(0.0)) * model.dye_per_world, tint.a);
     let through = exp2(-1.44269504 * attenuation * thicknesses[index]) * background(at_px, 0.0, scene.rgb);
-    let mirror = environment(point_to_world(water.position_view), reflect(-to_eye, normal));
+    let mirror = environment(point_to_world(water.position_view), reflect(-to_eye, normal), 0.0);
     let volume = mix(through, mirror, fresnel);
 
     radiance[index] = vec4(select(volume, opaque_surface, model.is_opaque != 0u) + highlight, 1.0);

@@ -16,7 +16,7 @@ pub use film::{EncodingArgs, ExposureArgs, JoinArgs, TimeArgs};
 use crate::failure::Failure;
 use crate::values::{
     ByteCount, CameraValue, CaseName, ColorRange, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize,
-    Parameter, Unit,
+    Parameter, SunValue, Unit,
 };
 
 /// Exit codes, printed under every `--help`.
@@ -267,6 +267,14 @@ pub struct PictureArgs {
     /// Scene file: floor, walls, boxes, sun and sky [default: a tiled floor under a clear sky].
     #[arg(long, value_name = "FILE.toml")]
     pub scene: Option<PathBuf>,
+
+    /// Picture of the surroundings, .hdr or .exr: equirectangular, or cube faces in a cross or a strip; replaces sun and sky.
+    #[arg(long, value_name = "FILE")]
+    pub environment: Option<PathBuf>,
+
+    /// Where the sun stands, in degrees: clockwise from north seen from above, and above the horizon; makes a physical sky.
+    #[arg(long, value_name = "AZIMUTH,ELEVATION", allow_hyphen_values = true)]
+    pub sun: Option<SunValue>,
 
     /// Set a parameter, e.g. post.exposure=1.5; `--param list` prints them all with their values.
     #[arg(long = "param", value_name = "KEY=VALUE")]

@@ -37,6 +37,8 @@ pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settin
         Detail::Auto | Detail::Rate(_) => settings.lod.mode = LodMode::ErrorBound,
     }
     settings.scene.file.clone_from(&args.scene);
+    settings.scene.environment.clone_from(&args.environment);
+    settings.scene.sun = args.sun.map(|sun| sun.0);
     if let Some(name) = &args.filter {
         settings.choose_filter(registry, name).map_err(usage)?;
     }

@@ -259,6 +259,25 @@ impl FromStr for Unit {
     }
 }
 
+/// `--sun`: azimuth and elevation in degrees.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SunValue(pub [f32; 2]);
+
+impl FromStr for SunValue {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        let wrong = || "expected azimuth and elevation in degrees, e.g. 135,40".to_owned();
+        let (azimuth, elevation) = text.split_once(',').ok_or_else(wrong)?;
+        let number = |text: &str| text.trim().parse::<f32>().ok().filter(|n| n.is_finite()).ok_or_else(wrong);
+        let (azimuth, elevation) = (number(azimuth)?, number(elevation)?);
+        if elevation <= 0.0 || elevation > 90.0 {
+            return Err("the sun must stand above the horizon, at most at 90 degrees".into());
+        }
+        Ok(Self([azimuth, elevation]))
+    }
+}
+
 /// `--param`: `list`, or a key and its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Parameter {
@@ -370,6 +389,15 @@ impl FromStr for CaseName {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn the_sun_stands_above_the_horizon() {
+        assert_eq!("135, 40.5".parse(), Ok(SunValue([135.0, 40.5])));
+        assert_eq!("-30,90".parse(), Ok(SunValue([-30.0, 90.0])));
+        for bad in ["", "135", "135,0", "0,-5", "0,91", "nan,45", "0,inf", "1,2,3"] {
+            assert!(bad.parse::<SunValue>().is_err(), "{bad}");
+        }
+    }
 
     #[test]
     fn bit_rates_and_shards() {

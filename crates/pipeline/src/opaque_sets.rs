@@ -1,7 +1,7 @@
 use meniscus_core::Look;
 use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder};
 use meniscus_scene::Material;
-use meniscus_shading::{SolidPass, SolidSurface, Surroundings};
+use meniscus_shading::{SceneGeometry, SolidPass, SolidSurface};
 use meniscus_ssfr::filter::NoFilter;
 use meniscus_ssfr::{FilterChoice, SplatSet, Ssfr, SsfrParams, SurfaceImages};
 
@@ -38,7 +38,7 @@ impl OpaqueSets {
         self.images.size()
     }
 
-    /// Draws all `sets` of one look into the scene images of `frame`.
+    /// Draws all `sets` of one look into the images of `scene` in `frame`.
     #[expect(
         clippy::too_many_arguments,
         reason = "the camera comes as values for one stage and as a binding for the other"
@@ -48,7 +48,7 @@ impl OpaqueSets {
         gpu: &Gpu,
         recorder: &mut Recorder,
         (camera, camera_binding): (&CameraUniform, &Binding),
-        surroundings: &Surroundings,
+        scene: &SceneGeometry,
         look: Look,
         sets: &[SplatSet<'_>],
         frame: &FrameImages,
@@ -64,14 +64,6 @@ impl OpaqueSets {
             normal: &self.images.normal,
             material: Material::named(material).unwrap_or_default(),
         };
-        self.pass.record(
-            gpu,
-            recorder,
-            camera,
-            surroundings,
-            &surface,
-            &frame.scene_color,
-            &frame.scene_distance,
-        );
+        self.pass.record(gpu, recorder, camera, scene, &surface, &frame.scene_color, &frame.scene_distance);
     }
 }

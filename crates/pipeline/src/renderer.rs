@@ -398,15 +398,7 @@ impl Renderer {
             let sets = splats(look);
             if let (Some(opaque), false) = (&self.opaque, sets.is_empty()) {
                 let camera = (&uniform, &camera_binding);
-                opaque.record(
-                    &self.gpu,
-                    &mut self.recorder,
-                    camera,
-                    geometry.surroundings(),
-                    look,
-                    &sets,
-                    images,
-                );
+                opaque.record(&self.gpu, &mut self.recorder, camera, geometry, look, &sets, images);
             }
         }
         let sets = splats(Look::Water);
@@ -439,6 +431,7 @@ impl Renderer {
         let inputs = LightingInputs {
             camera: &uniform,
             surroundings: geometry.surroundings(),
+            environment: geometry.environment(),
             scale: world.scale(),
             distance: &images.surface.distance,
             thickness: &images.surface.thickness,

@@ -40,6 +40,11 @@ pub struct SceneSettings {
     pub floor: Option<bool>,
     /// Whether the walls of a tank around the data are drawn, in place of what the file says.
     pub walls: Option<bool>,
+    /// A picture of the surroundings, .hdr or .exr, in place of the sky.
+    pub environment: Option<PathBuf>,
+    /// Azimuth (from north, clockwise seen from above) and elevation of the sun in degrees; without a picture of the
+    /// surroundings the sky is what the atmosphere makes of it.
+    pub sun: Option<[f32; 2]>,
 }
 
 impl SceneSettings {
@@ -49,6 +54,16 @@ impl SceneSettings {
         }
         if let Some(walls) = self.walls {
             description.walls.visible = walls;
+        }
+        if let Some(file) = &self.environment {
+            // Relative to where the program runs, not to the scene file.
+            let absolute = std::path::absolute(file).unwrap_or_else(|_| file.clone());
+            description.environment.file = Some(absolute);
+        }
+        if let Some([azimuth, elevation]) = self.sun {
+            description.sun.azimuth_deg = Some(azimuth);
+            description.sun.elevation_deg = Some(elevation);
+            description.sky.physical = true;
         }
         description
     }

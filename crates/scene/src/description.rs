@@ -1,11 +1,13 @@
 use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
 
 use glam::{DVec3, Vec3};
 use meniscus_core::{Aabb, UpAxis};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{Floor, Material, Mesh, Object, Scene, SceneError, Sides, UpFrame};
+use crate::{Environment, Floor, Material, Mesh, Object, Scene, SceneError, Sides, UpFrame, physical_sky};
 
 /// A scene file. Everything is optional; what is left out is chosen as in [`Scene::around`]. Lengths and coordinates are
 /// the particle file's own.
@@ -16,6 +18,8 @@ pub struct Description {
     pub sun: SunDescription,
     /// The sky.
     pub sky: SkyDescription,
+    /// A picture of the surroundings.
+    pub environment: EnvironmentDescription,
     /// The floor.
     pub floor: FloorDescription,
     /// Walls of the tank.
@@ -51,6 +55,26 @@ pub struct SkyDescription {
     pub ground: Option<[f32; 3]>,
     /// Glow around the sun, 1 = clear day.
     pub glow: Option<f32>,
+    /// Sky and sun as the atmosphere makes them at the sun's position, in place of the colours above; `ground` still counts.
+    pub physical: bool,
+}
+
+/// `[environment]`: replaces sun and sky, unless a sun is given.
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct EnvironmentDescription {
+    /// An `.hdr` or `.exr` picture, equirectangular or cube faces in a cross or a strip; relative to the scene file.
+    pub file: Option<PathBuf>,
+    /// Degrees by which it is turned clockwise, seen from above. Unturned, its middle is north.
+    pub rotation_deg: f32,
+    /// Factor on its brightness, 0 to 100. At 1 level ground gets as much light as in the automatic scene.
+    pub intensity: f32,
+}
+
+impl Default for EnvironmentDescription {
+    fn default() -> Self {
+        Self { file: None, rotation_deg: 0.0, intensity: 1.0 }
+    }
 }
 
 /// `[floor]`
@@ -134,6 +158,7 @@ impl Description {
         let check = Check { file };
         let mut scene = Scene::around(bounds, up, spacing);
         self.apply_light(&mut scene, &check)?;
+        self.apply_environment(&mut scene, &check)?;
 
         let floor_material = self.material(&scene, "floor.material", &self.floor.material, &check)?;
         let automatic_height = scene.floor.map_or(0.0, |f| f.height_world);
@@ -201,6 +226,40 @@ impl Description {
         if let Some(glow) = self.sky.glow {
             sky.glow = check.range("sky.glow", glow, (0.0..=100.0).contains(&glow), "0 to 100")?;
         }
+        Ok(())
+    }
+
+    fn apply_environment(&self, scene: &mut Scene, check: &Check<'_>) -> Result<(), SceneError> {
+        let frame = UpFrame::new(scene.up);
+        let EnvironmentDescription { file, rotation_deg, intensity } = &self.environment;
+        check.range("environment.rotation_deg", *rotation_deg, true, "a finite angle")?;
+        check.range(
+            "environment.intensity",
+            *intensity,
+            (0.0..=100.0).contains(intensity),
+            "a number from 0 to 100",
+        )?;
+        let (mut environment, sun) = if let Some(file) = file {
+            let beside = Path::new(check.file).parent().unwrap_or(Path::new(""));
+            let mut picture = Environment::read(&beside.join(file))?.turned(*rotation_deg);
+            let mut sun = picture.split_sun(frame, None);
+            // A sun that is given stands where it is said, with the light of the picture's if it has any.
+            if self.sun.elevation_deg.is_some() || self.sun.azimuth_deg.is_some() {
+                sun.direction = scene.sun.direction;
+            }
+            (picture, sun)
+        } else if self.sky.physical {
+            let towards = scene.sun.direction;
+            let azimuth = towards.dot(frame.east).atan2(towards.dot(frame.north)).to_degrees();
+            let elevation = towards.dot(frame.up).clamp(-1.0, 1.0).asin().to_degrees();
+            physical_sky(frame, azimuth, elevation, scene.sky.ground)
+        } else {
+            return Ok(());
+        };
+        environment.scale(*intensity);
+        scene.sun.direction = sun.direction;
+        scene.sun.irradiance = self.sun.irradiance.unwrap_or(sun.irradiance.map(|e| e * intensity));
+        scene.environment = Some(Arc::new(environment));
         Ok(())
     }
 

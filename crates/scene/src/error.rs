@@ -33,6 +33,14 @@ pub enum SceneError {
         /// All names that would work.
         available: String,
     },
+    /// A picture of the surroundings that cannot be used.
+    #[error("environment {file}: {message}")]
+    Environment {
+        /// The picture.
+        file: String,
+        /// What is wrong and what to do.
+        message: String,
+    },
     /// A view name that does not exist.
     #[error("there is no view `{found}`; use front, back, left, right, top or iso")]
     UnknownView {

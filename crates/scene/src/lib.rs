@@ -8,10 +8,12 @@ mod absorption;
 mod camera;
 mod camera_path;
 mod description;
+mod environment;
 mod error;
 mod lens;
 mod material;
 mod mesh;
+mod physical_sky;
 mod scene;
 mod up_frame;
 
@@ -19,11 +21,14 @@ pub use absorption::{CLEAR_WATER_OPTICAL_DEPTH, PURE_WATER_PER_METRE};
 pub use camera::{FOVY_RAD, NamedView, above_ground, automatic_camera};
 pub use camera_path::{CameraKey, CameraPath, Clock, Curve};
 pub use description::{
-    BoxDescription, Description, FloorDescription, SkyDescription, SunDescription, WallsDescription,
+    BoxDescription, Description, EnvironmentDescription, FloorDescription, SkyDescription, SunDescription,
+    WallsDescription,
 };
+pub use environment::Environment;
 pub use error::SceneError;
 pub use lens::Lens;
 pub use material::{Material, Pattern};
 pub use mesh::{Mesh, Sides};
+pub use physical_sky::physical_sky;
 pub use scene::{Floor, Object, Scene, Sky, Sun};
 pub use up_frame::UpFrame;

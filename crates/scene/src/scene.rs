@@ -1,8 +1,10 @@
+use std::sync::Arc;
+
 use glam::Vec3;
 use meniscus_core::{Aabb, UpAxis};
 
 use crate::camera::facing;
-use crate::{Material, Mesh, Sides, UpFrame};
+use crate::{Environment, Material, Mesh, Sides, UpFrame};
 
 /// The sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -72,6 +74,8 @@ pub struct Scene {
     pub sun: Sun,
     /// The sky.
     pub sky: Sky,
+    /// A picture of the surroundings in place of the sky, the sun taken out of it.
+    pub environment: Option<Arc<Environment>>,
     /// The floor, if any.
     pub floor: Option<Floor>,
     /// Walls, boxes, meshes.
@@ -108,6 +112,7 @@ impl Scene {
             size_world,
             sun: Sun { direction: direction.normalize(), irradiance: Self::SUN_IRRADIANCE },
             sky: Sky::default(),
+            environment: None,
             floor: None,
             objects: Vec::new(),
         };

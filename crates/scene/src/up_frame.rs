@@ -29,6 +29,11 @@ impl UpFrame {
         self.east * east + self.north * north + self.up * up
     }
 
+    /// The world vector of one with these components: east, north, up.
+    pub fn world_of(&self, components: Vec3) -> Vec3 {
+        self.world(components.x, components.y, components.z)
+    }
+
     /// Unit direction at `azimuth_rad` (from north, clockwise seen from above) and `elevation_rad` above the horizon.
     pub fn direction(&self, azimuth_rad: f32, elevation_rad: f32) -> Vec3 {
         let (sin_a, cos_a) = azimuth_rad.sin_cos();

@@ -5,6 +5,7 @@
 //! program may extend.
 
 pub mod conformance;
+mod environment;
 mod error;
 mod formula;
 mod liquid;
@@ -20,6 +21,7 @@ pub mod twin;
 mod vtk_names;
 mod water_shadow;
 
+pub use environment::{EnvironmentMap, EnvironmentSize, EnvironmentTexels};
 pub use error::ShadingError;
 pub use formula::{Formula, PixelModel};
 pub use liquid::Liquid;
@@ -45,6 +47,7 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/material"),
     shader!(include "shading/sky"),
     shader!(include "shading/lit"),
+    shader!(include "shading/environment"),
     shader!(include "shading/surroundings"),
     shader!(include "shading/water"),
     shader!(include "shading/body"),

@@ -4,7 +4,7 @@ use meniscus_gpu::role::{
 use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
-use crate::{ShadingError, SunPath, Surroundings};
+use crate::{EnvironmentMap, ShadingError, SunPath, Surroundings};
 
 /// A model's parameters as JSON: what flags, files and panels deal in.
 pub type Parameters = serde_json::Map<String, serde_json::Value>;
@@ -47,6 +47,8 @@ pub struct LightingInputs<'a> {
     pub camera: &'a CameraUniform,
     /// Sun, sky and floor.
     pub surroundings: &'a Surroundings,
+    /// The picture of the surroundings, if there is one.
+    pub environment: &'a EnvironmentMap,
     /// Lengths of the data.
     pub scale: WaterScale,
     /// Smoothed water surface.
@@ -72,6 +74,7 @@ impl LightingInputs<'_> {
         vec![
             ("camera", recorder.uniform(self.camera)),
             ("surroundings", recorder.uniform(self.surroundings)),
+            ("environment_texels", self.environment.texels().bind()),
             ("distances", self.distance.bind()),
             ("thicknesses", self.thickness.bind()),
             ("normals", self.normal.bind()),

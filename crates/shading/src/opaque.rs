@@ -8,7 +8,7 @@ use meniscus_gpu::{
 };
 use meniscus_scene::{Scene, Sides};
 
-use crate::{INCLUDES, MaterialUniform, ShadingError, Surroundings};
+use crate::{EnvironmentMap, INCLUDES, MaterialUniform, ShadingError, Surroundings};
 
 pub(crate) const SHADER: Shader = shader!("shading/opaque");
 
@@ -66,6 +66,7 @@ pub struct SceneGeometry {
     triangles: Buffer<Triangles>,
     materials: Buffer<Materials>,
     surroundings: Surroundings,
+    environment: EnvironmentMap,
 }
 
 impl SceneGeometry {
@@ -95,12 +96,18 @@ impl SceneGeometry {
             triangles: Buffer::from_slice(gpu, &triangles)?,
             materials: Buffer::from_slice(gpu, &materials)?,
             surroundings: Surroundings::new(scene),
+            environment: EnvironmentMap::new(gpu, scene)?,
         })
     }
 
     /// Sun, sky and floor of the same scene, which lighting models need too.
     pub fn surroundings(&self) -> &Surroundings {
         &self.surroundings
+    }
+
+    /// The picture of the surroundings of the same scene, if it has one.
+    pub fn environment(&self) -> &EnvironmentMap {
+        &self.environment
     }
 }
 
@@ -143,6 +150,7 @@ impl ScenePass {
         let bindings = [
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(&scene.surroundings)),
+            ("environment_texels", scene.environment.texels().bind()),
             ("vertices", scene.vertices.bind()),
             ("triangles", scene.triangles.bind()),
             ("materials", scene.materials.bind()),

@@ -4,7 +4,7 @@ use meniscus_gpu::{
 };
 use meniscus_scene::Material;
 
-use crate::{INCLUDES, MaterialUniform, ShadingError, Surroundings};
+use crate::{INCLUDES, MaterialUniform, SceneGeometry, ShadingError};
 
 const SHADER: Shader = shader!("shading/solid");
 
@@ -42,21 +42,22 @@ impl SolidPass {
         Ok(Self { pipeline })
     }
 
-    /// Draws `surface` as `shading.solid` over what `color` and `distance` hold; all images have the camera's size.
+    /// Draws `surface` as `shading.solid` of `scene` over what `color` and `distance` hold; all images have the camera's size.
     #[expect(clippy::too_many_arguments, reason = "two targets of one pass, each with its own role")]
     pub fn record(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder,
         camera: &CameraUniform,
-        surroundings: &Surroundings,
+        scene: &SceneGeometry,
         surface: &SolidSurface<'_>,
         color: &Texture<SceneColor>,
         distance: &Texture<SceneDistance>,
     ) {
         let bindings = [
             ("camera", recorder.uniform(camera)),
-            ("surroundings", recorder.uniform(surroundings)),
+            ("surroundings", recorder.uniform(scene.surroundings())),
+            ("environment_texels", scene.environment().texels().bind()),
             ("material", recorder.uniform(&MaterialUniform::from(&surface.material))),
             ("distances", surface.distance.bind()),
             ("normals", surface.normal.bind()),

@@ -3,6 +3,8 @@ use glam::Vec3;
 use meniscus_gpu::{HostField, HostStruct, host_fields};
 use meniscus_scene::{Material, Pattern, Scene, UpFrame};
 
+use crate::EnvironmentSize;
+
 /// An opaque surface as the GPU sees it; WGSL: `meniscus::material::Material`.
 #[repr(C)]
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
@@ -167,6 +169,8 @@ pub struct Surroundings {
     pub floor_radiance: [f32; 3],
     /// Pad to 16 bytes.
     pub pad: f32,
+    /// A picture in place of the sky.
+    pub environment: EnvironmentSize,
 }
 
 impl Surroundings {
@@ -192,12 +196,15 @@ impl Surroundings {
             up: frame.up.to_array(),
             ..Zeroable::zeroed()
         };
-        let up = sky_irradiance(&sky, frame);
+        let picture = scene.environment.as_deref();
+        let up = picture.map_or_else(|| sky_irradiance(&sky, frame), |p| p.irradiance(Vec3::Z));
         let material = MaterialUniform::from(&floor.map(|f| f.material).unwrap_or_default());
         let sun = Vec3::from(sky.sun_irradiance) * scene.sun.direction.dot(frame.up).max(0.0);
         let floor_radiance =
             Vec3::from(material.color) * material.mean_tone() * (sun + up) * std::f32::consts::FRAC_1_PI;
-        let below = if floor.is_some() { floor_radiance } else { sky.ground.into() };
+        let ground =
+            picture.map_or(sky.ground.into(), |p| p.irradiance(Vec3::NEG_Z) * std::f32::consts::FRAC_1_PI);
+        let below = if floor.is_some() { floor_radiance } else { ground };
         sky.irradiance_up = up.to_array();
         sky.irradiance_down = (below * std::f32::consts::PI).to_array();
         Self {
@@ -211,6 +218,7 @@ impl Surroundings {
             has_floor: floor.is_some().into(),
             floor_radiance: floor_radiance.to_array(),
             pad: 0.0,
+            environment: EnvironmentSize::of(scene),
         }
     }
 }
@@ -286,6 +294,7 @@ impl HostStruct for Surroundings {
         has_floor,
         floor_radiance,
         pad,
+        environment,
     });
 }
 

@@ -2,11 +2,14 @@ use glam::{Mat4, Vec2, Vec3};
 use half::f16;
 use meniscus_core::{Aabb, Camera};
 use meniscus_gpu::role::{NO_SURFACE, SceneColor, SceneDistance};
-use meniscus_gpu::{CameraUniform, Gpu, GpuError, Image, Recorder, Texture, Timing};
+use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture, Timing};
 use meniscus_scene::Scene;
 
 use crate::twin::{TwinInput, water_shadow};
-use crate::{LightingInputs, LightingModel, LightingPass, Surroundings, WaterScale, WaterShadow};
+use crate::{
+    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ShadingError, Surroundings, WaterScale,
+    WaterShadow,
+};
 
 /// Surface images of one view, row by row from the top left.
 #[derive(Clone, Debug)]
@@ -95,6 +98,8 @@ pub struct Frame {
     pub camera: CameraUniform,
     /// Sun, sky and floor.
     pub surroundings: Surroundings,
+    /// The scene that `surroundings` come from, for a picture of it.
+    pub scene: Scene,
     /// Lengths of the data.
     pub scale: WaterScale,
     /// The water.
@@ -121,6 +126,7 @@ impl Frame {
         Self {
             camera: CameraUniform::new(camera, size),
             surroundings: Surroundings::new(scene),
+            scene: scene.clone(),
             scale: WaterScale { depth_world: 1.0, spacing_world: 0.05, metres_per_world: 1.0 },
             water,
             surface_color: vec![[0.0; 4]],
@@ -129,11 +135,17 @@ impl Frame {
         }
     }
 
+    /// Other surroundings for the same water.
+    pub fn set_scene(&mut self, scene: Scene) {
+        self.surroundings = Surroundings::new(&scene);
+        self.scene = scene;
+    }
+
     /// What the GPU makes of it.
     ///
     /// # Errors
     /// The GPU's.
-    pub fn draw(&self, gpu: &Gpu, pass: &dyn LightingPass) -> Result<Vec<[f32; 4]>, GpuError> {
+    pub fn draw(&self, gpu: &Gpu, pass: &dyn LightingPass) -> Result<Vec<[f32; 4]>, ShadingError> {
         let size = self.camera.size_px;
         let scene_color = Texture::<SceneColor>::new(gpu, size)?;
         let halves = self.scene_color.iter().flatten().map(|&x| f16::from_f32(x).to_le_bytes());
@@ -144,6 +156,7 @@ impl Frame {
         let inputs = LightingInputs {
             camera: &self.camera,
             surroundings: &self.surroundings,
+            environment: &EnvironmentMap::new(gpu, &self.scene)?,
             scale: self.scale,
             distance: &Image::from_pixels(gpu, size, &self.water.distance)?,
             thickness: &Image::from_pixels(gpu, size, &self.water.thickness)?,
@@ -158,7 +171,7 @@ impl Frame {
         let mut recorder = Recorder::new(gpu, Timing::Stamps);
         pass.record(gpu, &mut recorder, &inputs, &output);
         let _ = recorder.submit(gpu)?;
-        output.read(gpu)
+        Ok(output.read(gpu)?)
     }
 
     /// What the twin makes of it.
@@ -166,6 +179,7 @@ impl Frame {
         let input = TwinInput {
             camera: &self.camera,
             surroundings: &self.surroundings,
+            environment: &EnvironmentMap::texels_of(&self.scene),
             scale: self.scale,
             distance: &self.water.distance,
             thickness: &self.water.thickness,

@@ -1,10 +1,12 @@
 //! The water and the scenes of the checks.
 
+use std::sync::Arc;
+
 use glam::Vec3;
 use meniscus_core::{Aabb, Camera, Projection, UpAxis};
 use meniscus_gpu::CameraUniform;
 use meniscus_gpu::role::NO_SURFACE;
-use meniscus_scene::{Scene, Sky};
+use meniscus_scene::{Environment, Scene, Sky};
 
 use super::{Frame, Water, cast, pack_normal};
 
@@ -36,6 +38,22 @@ pub(super) fn uniform_scene(radiance: f32) -> Scene {
     scene.floor = None;
     scene.sky = Sky { zenith: [radiance; 3], horizon: [radiance; 3], ground: [radiance; 3], glow: 0.0 };
     scene.sun.irradiance = [0.0; 3];
+    scene
+}
+
+/// A picture of one radiance in place of the sky.
+pub(super) fn uniform_picture(radiance: f32) -> Scene {
+    let mut scene = uniform_scene(0.0);
+    let picture = Environment::from_fn([256, 128], |_| Vec3::splat(radiance));
+    scene.environment = Some(Arc::new(picture));
+    scene
+}
+
+/// A picture of colours that change with the direction, on a floor.
+pub(super) fn pictured_scene() -> Scene {
+    let mut scene = tiled_scene();
+    let picture = |d: Vec3| 0.5 + 0.4 * Vec3::new((5.0 * d.x).sin(), (3.0 * d.y).cos(), d.z);
+    scene.environment = Some(Arc::new(Environment::from_fn([64, 32], picture)));
     scene
 }
 

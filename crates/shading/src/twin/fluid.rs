@@ -11,7 +11,6 @@ use super::neighbourhood::{Neighbourhood, neighbourhood};
 use super::reflection::{mirrored, sun_glint};
 use super::refraction::{Path, background, refracted_path};
 use super::shadow::shadow;
-use super::surroundings::surroundings_radiance;
 use super::view::{point_to_world, to_world};
 use super::water::{WaterPoint, center_px, coverage, over, water_point};
 use super::{TwinInput, mix, smoothstep};
@@ -47,7 +46,7 @@ fn shade(
     let clear = transmitted(&fluid.medium, sky, normal, behind, path_world);
     let through = tinted(sky, clear, tint, normal);
     let direction = mirrored(input.surroundings, normal, to_eye);
-    let mirror = surroundings_radiance(input.surroundings, position, direction);
+    let mirror = input.mirror_radiance(position, direction, fluid.alpha);
 
     let drop = smoothstep(0.65, 1.0, around.isolation);
     let alpha = (fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread).sqrt().min(0.6);

@@ -8,7 +8,6 @@ use super::body::ambient;
 use super::brdf::fresnel_dielectric;
 use super::reflection::{mirrored, sun_glint};
 use super::shadow::shadow;
-use super::surroundings::surroundings_radiance;
 use super::view::{point_to_world, px_per_world, to_world, view_position};
 use super::water::{WaterPoint, center_px, coverage, over};
 use super::{TwinInput, mix};
@@ -71,7 +70,7 @@ pub(crate) fn shade_pixel(model: &GranularUniform, input: &TwinInput<'_>, pixel:
 
     let position = point_to_world(input.camera, water.position_view);
     let direction = mirrored(input.surroundings, normal, to_eye);
-    let mirror = surroundings_radiance(input.surroundings, position, direction);
+    let mirror = input.mirror_radiance(position, direction, FILM_ALPHA);
     let glint = sun_glint(input.surroundings, normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
     let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
     let color = mix(body, mirror, film) + wet * open * glint;

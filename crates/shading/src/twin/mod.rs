@@ -4,6 +4,7 @@
 pub(crate) mod blinn_phong;
 mod body;
 pub mod brdf;
+mod environment;
 pub(crate) mod fluid;
 pub(crate) mod granular;
 pub(crate) mod lambert;
@@ -35,6 +36,8 @@ pub struct TwinInput<'a> {
     pub camera: &'a CameraUniform,
     /// Sun, sky and floor.
     pub surroundings: &'a Surroundings,
+    /// Texels of the picture of the surroundings, as [`EnvironmentMap`](crate::EnvironmentMap) packs them; empty for none.
+    pub environment: &'a [[f32; 4]],
     /// Lengths of the data.
     pub scale: WaterScale,
     /// Smoothed water surface along the view axis; `f32::MAX` = none.
@@ -54,6 +57,17 @@ pub struct TwinInput<'a> {
 }
 
 impl TwinInput<'_> {
+    /// What a mirror of GGX width `alpha` shows, seen from `position` (world).
+    pub(crate) fn mirror_radiance(&self, position: Vec3, direction: Vec3, alpha: f32) -> Vec3 {
+        surroundings::surroundings_radiance(
+            self.surroundings,
+            self.environment,
+            position,
+            direction,
+            alpha.sqrt(),
+        )
+    }
+
     /// Colour that an attribute gives the water in a pixel; alpha 0 for none.
     pub fn surface_color_at(&self, index: usize) -> [f32; 4] {
         self.surface_color.get(index).or(self.surface_color.last()).copied().unwrap_or_default()

@@ -9,7 +9,6 @@ use super::brdf::fresnel_dielectric;
 use super::neighbourhood::neighbourhood;
 use super::reflection::{mirrored, sun_glint};
 use super::shadow::shadow;
-use super::surroundings::surroundings_radiance;
 use super::view::{point_to_world, to_world};
 use super::water::{center_px, coverage, over, water_point};
 use super::{TwinInput, mix, smoothstep};
@@ -44,7 +43,7 @@ pub(crate) fn shade_pixel(model: &OpaqueLiquidUniform, input: &TwinInput<'_>, pi
         facing * sun_glint(input.surroundings, normal, to_eye, water.n_v, alpha, model.refractive_index);
     let position = point_to_world(input.camera, water.position_view);
     let direction = mirrored(input.surroundings, normal, to_eye);
-    let mirror = surroundings_radiance(input.surroundings, position, direction);
+    let mirror = input.mirror_radiance(position, direction, model.alpha);
     let cosine = (water.n_v * water.n_v + 0.2 * around.spread).sqrt().min(1.0);
     let left = 1.0 + (COLOR_MIRROR - 1.0) * tint.w;
     let reflectance = fresnel_dielectric(cosine, model.refractive_index);

@@ -9,7 +9,6 @@ use super::neighbourhood::neighbourhood;
 use super::reflection::mirrored;
 use super::refraction::{background, refracted_path};
 use super::shadow::shadow;
-use super::surroundings::surroundings_radiance;
 use super::view::{point_to_world, to_world};
 use super::water::{center_px, coverage, over, water_point};
 use super::{TwinInput, mix};
@@ -58,7 +57,7 @@ pub(crate) fn shade_pixel(model: &PointLightUniform, input: &TwinInput<'_>, pixe
     let clear = transmitted(&model.medium, sky, normal, behind, path.length_world);
     let refracted = tinted(sky, clear, tint, normal);
     let direction = mirrored(input.surroundings, normal, to_eye);
-    let mirror = surroundings_radiance(input.surroundings, position, direction);
+    let mirror = input.mirror_radiance(position, direction, 0.0);
     let left = reflectance * (1.0 + (COLOR_MIRROR - 1.0) * tint.w);
     let color = mix(refracted, mirror, left) + intensity * left * (cos_i + highlight);
     over(scene * dim.extend(1.0), color, coverage(thickness, model.spacing_world))

@@ -6,7 +6,6 @@ use glam::{Vec2, Vec3};
 
 use super::body::irradiance;
 use super::refraction::{background, refract};
-use super::surroundings::surroundings_radiance;
 use super::view::{point_to_world, to_world};
 use super::water::center_px;
 use super::{TwinInput, mix};
@@ -47,6 +46,6 @@ pub(crate) fn shade_pixel(model: &VtkUniform, input: &TwinInput<'_>, pixel: [u32
     let behind = background(input, at_px, 0.0, input.scene_rgb(index));
     let through = (-LOG2_E * attenuation * input.thickness[index]).map(f32::exp2) * behind;
     let position = point_to_world(input.camera, water.position_view);
-    let mirror = surroundings_radiance(input.surroundings, position, (-to_eye).reflect(normal));
+    let mirror = input.mirror_radiance(position, (-to_eye).reflect(normal), 0.0);
     (mix(through, mirror, fresnel) + highlight).extend(1.0).to_array()
 }

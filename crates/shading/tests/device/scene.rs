@@ -7,7 +7,7 @@ use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Thickness, ViewNorma
 use meniscus_gpu::{CameraUniform, Image, Recorder, Timing};
 use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
 use meniscus_shading::{
-    Fluid, LightingInputs, LightingModel, SunPath, Surroundings, WaterScale, WaterShadow,
+    EnvironmentMap, Fluid, LightingInputs, LightingModel, SunPath, Surroundings, WaterScale, WaterShadow,
 };
 
 const SIZE: [u32; 2] = [80, 60];
@@ -27,6 +27,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let inputs = LightingInputs {
         camera,
         surroundings: &Surroundings::new(scene),
+        environment: &EnvironmentMap::new(&gpu, scene).unwrap(),
         scale: WaterScale { depth_world: 1.0, spacing_world: 0.1, metres_per_world: 1.0 },
         distance: &water,
         thickness: &thickness,
