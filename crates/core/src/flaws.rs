@@ -54,6 +54,8 @@ pub enum Flaw {
         /// What to do.
         advice: String,
     },
+    /// Edges have steps: the filter that smooths them works on 8 bits.
+    EdgesNotSmoothed,
     /// Motion blur was asked for, but it is not known where particles are between frames.
     MotionNotBlurred {
         /// Why.
@@ -99,6 +101,9 @@ impl fmt::Display for Flaw {
                 f,
                 "{pictures} of {of} pictures show the nearest frame of the data, up to {at_most:.4} s from their time; {advice}"
             ),
+            Self::EdgesNotSmoothed => {
+                f.write_str("edges are not smoothed in pictures of more than 8 bits; add --samples 16")
+            }
             Self::MotionNotBlurred { reason } => write!(f, "there is no motion blur: {reason}"),
             Self::VelocitiesUnused => f.write_str(
                 "the velocities do not carry particles from frame to frame; particles move in straight lines between frames. \

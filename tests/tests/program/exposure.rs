@@ -25,6 +25,9 @@ fn samples_smooth_edges() {
     };
     let (one, sixteen) = (error("--param post.anti_aliasing=false"), error("--samples 16"));
     assert!(sixteen < 0.1 * one, "{sixteen} against {one}");
+    let outcome =
+        program.run(&format!("render dam/dam_break.pvd --frame 1 {spheres} --bits 16 -o p.png")).ok();
+    assert!(outcome.stderr.contains("add --samples"), "{outcome:#?}");
     let deep = error("--samples 16 --bits 16");
     assert!((deep / sixteen - 1.0).abs() < 0.1, "{deep} against {sixteen}");
 }

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use meniscus_core::{Camera, Flaw, FrameError, FrameErrorKind, FrameReport, FrameSource, Pixels};
+use meniscus_core::{Camera, Flaw, FrameError, FrameErrorKind, FrameReport, FrameSource, PixelDepth, Pixels};
 use meniscus_export::ExportError;
 use meniscus_gpu::Timing;
 use meniscus_io::Series;
@@ -63,9 +63,14 @@ pub fn run(
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
     let choices: Vec<_> = shots.choices.iter().cloned().chain(film_choice).collect();
     terminal.choices(&choices);
-    terminal.flaws(&shots.flaws);
+    let mut flaws = shots.flaws.clone();
+    let is_smooth = args.exposure.samples().max(args.supersample) > 1;
+    if studio.renderer.settings().post.anti_aliasing && !is_smooth && output.depth() != PixelDepth::Display8 {
+        flaws.add(Flaw::EdgesNotSmoothed);
+    }
+    terminal.flaws(&flaws);
     studio.choices.extend(choices);
-    studio.flaws.merge(&shots.flaws);
+    studio.flaws.merge(&flaws);
 
     if args.report.is_some() && !studio.renderer.gpu().trusts_time_stamps() {
         // Nothing is lost on the software drivers that this is about: they run one pass after the other anyway.
