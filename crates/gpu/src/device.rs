@@ -1,7 +1,7 @@
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, mpsc};
 
 use etcetera::BaseStrategy;
 use meniscus_core::Flaw;
@@ -83,7 +83,15 @@ impl Gpu {
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::PIPELINE_CACHE
             | wgpu::Features::FLOAT32_FILTERABLE;
-        let features = adapter.features() & wanted;
+        // Where there is one memory for both, large data is written where the GPU reads it (`Buffer::write`). Elsewhere such
+        // buffers would lie in memory that the GPU reads slowly.
+        let shared = match info.device_type {
+            wgpu::DeviceType::Cpu | wgpu::DeviceType::IntegratedGpu => {
+                wgpu::Features::MAPPABLE_PRIMARY_BUFFERS
+            }
+            _ => wgpu::Features::empty(),
+        };
+        let features = adapter.features() & (wanted | shared);
         let (device, queue) = pollster::block_on(adapter.request_device(&wgpu::DeviceDescriptor {
             label: Some("meniscus"),
             required_features: features,
@@ -175,6 +183,41 @@ impl Gpu {
     /// Counts from zero: a frame begins.
     pub fn restart_work(&self) {
         self.work.restart();
+    }
+
+    /// Whether large buffers are written in place instead of through a copy.
+    pub fn writes_in_place(&self) -> bool {
+        self.features.contains(wgpu::Features::MAPPABLE_PRIMARY_BUFFERS)
+    }
+
+    /// Writes to a mappable buffer in place. Waits for what uses it, and for nothing else.
+    pub(crate) fn write_in_place(
+        &self,
+        what: &'static str,
+        buffer: &wgpu::Buffer,
+        bytes: &[u8],
+    ) -> Result<(), GpuError> {
+        let failed = |message: String| GpuError::Driver(format!("{what}: {message}"));
+        let (done, mapped) = mpsc::channel();
+        let range = ..bytes.len() as u64;
+        buffer.slice(range).map_async(wgpu::MapMode::Write, move |result| {
+            // Nobody listens any more where waiting failed.
+            let _ = done.send(result);
+        });
+        let mut poll = wgpu::PollType::Poll;
+        let result = loop {
+            self.device.poll(poll).map_err(|e| failed(e.to_string()))?;
+            match mapped.try_recv() {
+                Ok(result) => break result,
+                Err(mpsc::TryRecvError::Empty) => poll = wgpu::PollType::wait_indefinitely(),
+                Err(mpsc::TryRecvError::Disconnected) => return Err(failed("it cannot be mapped".into())),
+            }
+        };
+        result.map_err(|e| failed(e.to_string()))?;
+        buffer.get_mapped_range_mut(range).map_err(|e| failed(e.to_string()))?.copy_from_slice(bytes);
+        buffer.unmap();
+        self.work.add(|work| *work.uploaded.entry(what).or_default() += bytes.len() as u64);
+        Ok(())
     }
 
     pub(crate) fn write_buffer(&self, what: &'static str, buffer: &wgpu::Buffer, offset: u64, bytes: &[u8]) {

@@ -1,6 +1,6 @@
 //! Against a real device: a missing adapter is a failure, not a skip.
 
-use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Scratch};
+use meniscus_gpu::role::{AttributeValues, EyeDistance, NO_SURFACE, Scratch};
 use meniscus_gpu::{
     AdapterChoice, Buffer, ComputePipelineDescriptor, Dispatch, Gpu, GpuError, Image, Recorder, Shader,
     Timing,
@@ -97,4 +97,30 @@ fn a_wrong_binding_name_is_a_loud_mistake() {
     let factor = recorder.uniform(&[3u32, 0, 0, 0]);
     let bindings = [("doubled", buffer.bind()), ("sauce", buffer.bind()), ("factor", factor)];
     recorder.compute(&gpu, "test.double", &pipeline, &bindings, Dispatch::Groups(1));
+}
+
+/// Large data may be written where the GPU reads it, small data goes through a copy: what is there is what was written last,
+/// whatever the GPU was about to do with it.
+#[test]
+fn buffers_hold_what_was_written_last_whatever_its_size() {
+    let gpu = gpu();
+    let values = |count: usize, first: f32| -> Vec<f32> { (0..count).map(|i| first + i as f32).collect() };
+    let mut buffer = Buffer::<AttributeValues>::new(&gpu, 600_001).unwrap();
+    let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+    for (round, count) in [600_001, 7, 300_000, 600_000].into_iter().enumerate() {
+        let written = values(count, round as f32);
+        gpu.restart_work();
+        buffer.write(&gpu, &written).unwrap();
+        assert_eq!(gpu.work().uploaded["AttributeValues"], 4 * count as u64);
+        assert!(buffer.read(&gpu).unwrap() == written, "round {round}");
+        // Clearing is still on its way when the next round writes.
+        recorder.clear(&gpu, "clear", &buffer, 600_001);
+        let _ = recorder.submit(&gpu).unwrap();
+    }
+    gpu.wait().unwrap();
+    assert!(buffer.read(&gpu).unwrap().iter().all(|value| *value == 0.0));
+    // A buffer that grows is another one.
+    let more = values(2_000_000, 0.5);
+    buffer.write(&gpu, &more).unwrap();
+    assert!(buffer.read(&gpu).unwrap() == more);
 }
