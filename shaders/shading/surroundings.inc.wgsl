@@ -44,18 +44,18 @@ fn clear_share(s: Surroundings, length: f32) -> f32 {
 }
 
 // What is far away in the unit direction, seen in a mirror of this perceptual roughness: the picture of the surroundings, or
-// sky and the ground that stands for it where there is no floor.
+// sky and the ground that stands for it where there is no floor. Passes are compiled once with and once without the
+// picture: software drivers run through both branches of a choice.
 fn blurred_far_radiance(s: Surroundings, direction: vec3<f32>, roughness: f32) -> vec3<f32> {
+#ifdef PICTURED
+    var local = vec3(dot(direction, s.east), dot(direction, s.north), dot(direction, s.sky.up));
+    // The floor hides what lies below the horizon, and fades into what lies at it.
+    local.z = select(local.z, max(local.z, 0.0), s.has_floor != 0u);
+    return environment_radiance(s.environment, local / max(length(local), 1e-6), roughness);
+#else
     let sky = sky_radiance(s.sky, direction);
-    var radiance = select(sky_and_ground_radiance(s.sky, direction, sky), sky, s.has_floor != 0u);
-    // A loop of one turn or none: software drivers run through both branches of a choice, but not through loops that end.
-    for (var k = 0u; k < min(s.environment.sharp.x, 1u); k++) {
-        var local = vec3(dot(direction, s.east), dot(direction, s.north), dot(direction, s.sky.up));
-        // The floor hides what lies below the horizon, and fades into what lies at it.
-        local.z = select(local.z, max(local.z, 0.0), s.has_floor != 0u);
-        radiance = environment_radiance(s.environment, local / max(length(local), 1e-6), roughness);
-    }
-    return radiance;
+    return select(sky_and_ground_radiance(s.sky, direction, sky), sky, s.has_floor != 0u);
+#endif
 }
 
 // The same without blur.

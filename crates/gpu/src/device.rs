@@ -266,7 +266,7 @@ impl Gpu {
     }
 
     /// Keeps `error` for [`Self::wait`], as if the driver had reported it.
-    pub(crate) fn report(&self, error: &GpuError) {
+    pub fn report(&self, error: &GpuError) {
         self.driver_error
             .lock()
             .unwrap_or_else(PoisonError::into_inner)

@@ -198,6 +198,13 @@ impl Gpu {
     }
 }
 
+impl RasterPipeline {
+    /// As [`ComputePipeline::binds`].
+    pub fn binds(&self, name: &str) -> bool {
+        self.bindings.slots.iter().any(|slot| slot.name == name)
+    }
+}
+
 fn pipeline_layout(device: &wgpu::Device, name: &str, bindings: &Bindings) -> wgpu::PipelineLayout {
     device.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
         label: Some(name),

@@ -2,11 +2,13 @@ use std::fmt::Debug;
 
 use meniscus_gpu::role::Radiance;
 use meniscus_gpu::{
-    ComputePipeline, ComputePipelineDescriptor, Dispatch, Gpu, HostStruct, Image, Recorder, Shader,
+    ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, HostStruct, Image,
+    Recorder, Shader,
 };
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::pictured::Pictured;
 use crate::twin::TwinInput;
 use crate::{
     INCLUDES, LightingInputs, LightingModel, LightingPass, Liquid, Parameters, Promises, ShadingError,
@@ -100,9 +102,8 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
-        let descriptor =
-            ComputePipelineDescriptor { includes: INCLUDES, ..ComputePipelineDescriptor::new(F::SHADER) };
-        Ok(Box::new(PixelPass { model: self.clone(), pipeline: gpu.compute_pipeline(&descriptor)? }))
+        let pipeline = Pictured::new(|definitions| compile::<F>(gpu, definitions))?;
+        Ok(Box::new(PixelPass { model: self.clone(), pipeline }))
     }
 
     fn twin(&self, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
@@ -110,9 +111,17 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     }
 }
 
+fn compile<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
+    gpu.compute_pipeline(&ComputePipelineDescriptor {
+        includes: INCLUDES,
+        definitions,
+        ..ComputePipelineDescriptor::new(F::SHADER)
+    })
+}
+
 struct PixelPass<F> {
     model: PixelModel<F>,
-    pipeline: ComputePipeline,
+    pipeline: Pictured<ComputePipeline>,
 }
 
 impl<F: Formula> LightingPass for PixelPass<F> {
@@ -129,10 +138,12 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         output: &Image<Radiance>,
     ) {
         let uniform = self.model.parameters.uniform(inputs.scale, inputs.surroundings);
+        let pipeline =
+            self.pipeline.choose(gpu, inputs.surroundings, |definitions| compile::<F>(gpu, definitions));
         let mut bindings = inputs.bindings(recorder);
         bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
-        bindings.retain(|(name, _)| self.pipeline.binds(name));
+        bindings.retain(|(name, _)| pipeline.binds(name));
         let size = Dispatch::Pixels(inputs.camera.size_px);
-        recorder.compute(gpu, F::PASS, &self.pipeline, &bindings, size);
+        recorder.compute(gpu, F::PASS, pipeline, &bindings, size);
     }
 }

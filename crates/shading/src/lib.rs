@@ -14,6 +14,7 @@ mod model;
 mod models;
 mod opaque;
 mod parameters;
+mod pictured;
 mod registry;
 mod solid;
 mod surroundings;

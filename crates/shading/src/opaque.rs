@@ -3,11 +3,12 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
 use meniscus_gpu::{
-    Buffer, CameraUniform, Gpu, HostField, HostStruct, RasterPipeline, RasterPipelineDescriptor, Recorder,
-    Shader, Texture, host_fields, shader, wgpu,
+    Buffer, CameraUniform, Definition, Gpu, GpuError, HostField, HostStruct, RasterPipeline,
+    RasterPipelineDescriptor, Recorder, Shader, Texture, host_fields, shader, wgpu,
 };
 use meniscus_scene::{Scene, Sides};
 
+use crate::pictured::Pictured;
 use crate::{EnvironmentMap, INCLUDES, MaterialUniform, ShadingError, Surroundings};
 
 pub(crate) const SHADER: Shader = shader!("shading/opaque");
@@ -114,7 +115,7 @@ impl SceneGeometry {
 /// Draws sky, floor and objects.
 #[derive(Debug)]
 pub struct ScenePass {
-    pipeline: RasterPipeline,
+    pipeline: Pictured<RasterPipeline>,
 }
 
 impl ScenePass {
@@ -123,14 +124,7 @@ impl ScenePass {
     /// # Errors
     /// [`ShadingError::Gpu`] when the shader does not compile.
     pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
-        let pipeline = gpu.raster_pipeline(&RasterPipelineDescriptor {
-            shader: SHADER,
-            includes: INCLUDES,
-            definitions: &[],
-            vertex_buffers: &[],
-            targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
-            depth: true,
-        })?;
+        let pipeline = Pictured::new(|definitions| compile(gpu, definitions))?;
         Ok(Self { pipeline })
     }
 
@@ -147,7 +141,9 @@ impl ScenePass {
         distance: &Texture<SceneDistance>,
         depth: &Texture<SceneDepth>,
     ) {
-        let bindings = [
+        let pipeline =
+            self.pipeline.choose(gpu, scene.surroundings(), |definitions| compile(gpu, definitions));
+        let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(&scene.surroundings)),
             ("environment_texels", scene.environment.texels().bind()),
@@ -155,24 +151,28 @@ impl ScenePass {
             ("triangles", scene.triangles.bind()),
             ("materials", scene.materials.bind()),
         ];
+        bindings.retain(|(name, _)| pipeline.binds(name));
         // Every pixel is drawn by the background's triangle; the clear values are never seen.
         let clear = Some(wgpu::Color::TRANSPARENT);
         let targets = [(color.view(), clear), (distance.view(), clear)];
         // Without objects, one triangle of a point: given three vertices in all, lavapipe of Mesa 22.3.6 on processors without
         // AVX (vectors of four) writes a fourth one and corrupts the heap.
         let count = 3 + scene.triangles.len().max(3) as u32;
-        recorder.raster(
-            gpu,
-            "shading.scene",
-            &self.pipeline,
-            &bindings,
-            &targets,
-            Some(depth.view()),
-            |pass| {
-                pass.draw(0..count, 0..1);
-            },
-        );
+        recorder.raster(gpu, "shading.scene", pipeline, &bindings, &targets, Some(depth.view()), |pass| {
+            pass.draw(0..count, 0..1);
+        });
     }
+}
+
+fn compile(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeline, GpuError> {
+    gpu.raster_pipeline(&RasterPipelineDescriptor {
+        shader: SHADER,
+        includes: INCLUDES,
+        definitions,
+        vertex_buffers: &[],
+        targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
+        depth: true,
+    })
 }
 
 #[cfg(test)]

@@ -1,9 +1,11 @@
 use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, TextureRole, ViewNormal};
 use meniscus_gpu::{
-    CameraUniform, Gpu, Image, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture, shader,
+    CameraUniform, Definition, Gpu, GpuError, Image, RasterPipeline, RasterPipelineDescriptor, Recorder,
+    Shader, Texture, shader,
 };
 use meniscus_scene::Material;
 
+use crate::pictured::Pictured;
 use crate::{INCLUDES, MaterialUniform, SceneGeometry, ShadingError};
 
 const SHADER: Shader = shader!("shading/solid");
@@ -22,7 +24,7 @@ pub struct SolidSurface<'a> {
 /// Draws opaque particle surfaces into the scene, so that water is shaded, clipped and refracted against them.
 #[derive(Debug)]
 pub struct SolidPass {
-    pipeline: RasterPipeline,
+    pipeline: Pictured<RasterPipeline>,
 }
 
 impl SolidPass {
@@ -31,14 +33,7 @@ impl SolidPass {
     /// # Errors
     /// [`ShadingError::Gpu`] when the shader does not compile.
     pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
-        let pipeline = gpu.raster_pipeline(&RasterPipelineDescriptor {
-            shader: SHADER,
-            includes: INCLUDES,
-            definitions: &[],
-            vertex_buffers: &[],
-            targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
-            depth: false,
-        })?;
+        let pipeline = Pictured::new(|definitions| compile(gpu, definitions))?;
         Ok(Self { pipeline })
     }
 
@@ -54,7 +49,9 @@ impl SolidPass {
         color: &Texture<SceneColor>,
         distance: &Texture<SceneDistance>,
     ) {
-        let bindings = [
+        let pipeline =
+            self.pipeline.choose(gpu, scene.surroundings(), |definitions| compile(gpu, definitions));
+        let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(scene.surroundings())),
             ("environment_texels", scene.environment().texels().bind()),
@@ -62,9 +59,21 @@ impl SolidPass {
             ("distances", surface.distance.bind()),
             ("normals", surface.normal.bind()),
         ];
+        bindings.retain(|(name, _)| pipeline.binds(name));
         let targets = [(color.view(), None), (distance.view(), None)];
-        recorder.raster(gpu, "shading.solid", &self.pipeline, &bindings, &targets, None, |pass| {
+        recorder.raster(gpu, "shading.solid", pipeline, &bindings, &targets, None, |pass| {
             pass.draw(0..3, 0..1);
         });
     }
+}
+
+fn compile(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeline, GpuError> {
+    gpu.raster_pipeline(&RasterPipelineDescriptor {
+        shader: SHADER,
+        includes: INCLUDES,
+        definitions,
+        vertex_buffers: &[],
+        targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
+        depth: false,
+    })
 }

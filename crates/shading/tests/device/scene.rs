@@ -1,11 +1,13 @@
 //! The opaque scene pass against rays cast on the host.
 
+use std::sync::Arc;
+
 use crate::support::{draw_scene, gpu, tiled_scene};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Thickness, ViewNormal};
 use meniscus_gpu::{CameraUniform, Image, Recorder, Timing};
-use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
+use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
 use meniscus_shading::{
     EnvironmentMap, Fluid, LightingInputs, LightingModel, SunPath, Surroundings, WaterScale, WaterShadow,
 };
@@ -186,5 +188,30 @@ fn nothing_aliases_at_the_horizon() {
             // 1 %: half of what the eye can tell.
             assert!((a / b - 1.0).abs() < 0.01, "row {y}, column {x}: {a} beside {b}");
         }
+    }
+}
+
+/// Level views to north, east and up show what the picture has there.
+#[test]
+fn a_picture_of_the_surroundings_is_the_background() {
+    let mut scene = tiled_scene();
+    scene.floor = None;
+    let frame = UpFrame::new(scene.up);
+    scene.environment = Some(Arc::new(Environment::from_fn([128, 64], |d| 0.5 + 0.5 * d)));
+    for [east, north, up] in [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [-0.6, -0.48, 0.64]] {
+        let along = frame.world(east, north, up);
+        let camera = Camera {
+            eye: Vec3::ZERO,
+            target: along,
+            up: frame.up,
+            projection: Projection::Perspective { fovy_rad: 0.1 },
+            near: 0.01,
+        };
+        let drawn = scene_colors(&CameraUniform::new(&camera, SIZE), &scene, NO_SURFACE);
+        let middle = drawn[drawn.len() / 2 + SIZE[0] as usize / 2];
+        let expected = [east, north, up].map(|c| 0.5 + 0.5 * c);
+        // 0.02: linear between texels of 2.8 degrees, half a pixel off the axis, half precision.
+        assert!((0..3).all(|c| (middle[c] - expected[c]).abs() < 0.02), "{middle:?}, expected {expected:?}");
+        assert_eq!(middle[3], 0.0, "only sky");
     }
 }
