@@ -3,5 +3,6 @@
 mod brdf;
 mod conformance;
 mod fluid;
+mod mistakes;
 mod scene;
 mod support;
