@@ -1,4 +1,4 @@
-// The model of [Z] (3.1, equation 21) with a light near the water:
+// The model of Wang et al. 2012 (3.1, equation 21) with a light near the water:
 // C = a (1 - R) + b R + I R cos i + I R cos^n theta, where a is the refracted and b the reflected light, and R the Fresnel
 // reflectance at the angle i at which the light arrives.
 

@@ -75,7 +75,7 @@ impl HostStruct for PointLightUniform {
     });
 }
 
-/// A light near the water, whose Fresnel reflectance decides over everything: the model of [Z], 3.1.
+/// A light near the water, whose Fresnel reflectance decides over everything: Wang et al. 2012, 3.1.
 pub type PointLight = PixelModel<PointLightParameters>;
 
 impl Formula for PointLightParameters {
