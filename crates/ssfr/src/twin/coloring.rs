@@ -23,12 +23,13 @@ pub fn coloring(
     let [width, height] = view.size_px;
     let mut sums = vec![(0.0, 0.0); width * height];
     for range in set.ranges {
-        for index in range.first as usize..(range.first + range.count) as usize {
+        let first = range.first as usize;
+        for (index, &value) in values.iter().enumerate().skip(first).take(range.count as usize) {
             let Some(splat) = particle_splat(view, set, index, range.keep) else { continue };
-            if values[index] >= NO_VALUE {
+            if value >= NO_VALUE {
                 continue;
             }
-            let value = f64::from(values[index]);
+            let value = f64::from(value);
             let x = if scale.is_log != 0 { value.max(f64::from(f32::MIN_POSITIVE)).ln() } else { value };
             let place = ((x - f64::from(scale.offset)) * f64::from(scale.factor)).clamp(0.0, 1.0);
             let reach =
