@@ -41,7 +41,7 @@ fn picture(size: [u32; 2]) -> Vec<u32> {
 }
 
 fn write(path: &Path, size: [u32; 2], pixels: &Pixels) {
-    let still = Still { size, pixels, with_alpha: false, note: "" };
+    let still = Still { size, pixels, with_alpha: false, channels: &[], note: "" };
     write_still(path, &still, StillOptions::default()).expect("a file in the temporary folder");
 }
 

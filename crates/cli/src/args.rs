@@ -9,7 +9,7 @@ use clap::{Args, Parser, Subcommand, ValueEnum};
 use meniscus_core::UpAxis;
 use meniscus_io::{IoMode, Region};
 
-use meniscus_pipeline::LodView;
+use meniscus_pipeline::{Layer, LodView};
 
 pub use film::{EncodingArgs, ExposureArgs, JoinArgs, TimeArgs};
 
@@ -360,6 +360,10 @@ pub struct RenderArgs {
     /// Text at the top of the pictures.
     #[arg(long, value_name = "TEXT")]
     pub text: Option<String>,
+
+    /// What else an .exr holds, several with commas: depth, normal, thickness, kept (share of the particles drawn), fluid, scene.
+    #[arg(long, value_name = "LAYER", value_delimiter = ',')]
+    pub layers: Vec<Layer>,
 
     /// Bits per channel, 8 or 16 [default: 8 for .png, 16 for .exr].
     #[arg(long, value_name = "8|16", value_parser = crate::values::bits)]

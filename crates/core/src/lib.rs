@@ -24,7 +24,7 @@ pub use counters::{FrameRead, WorkCounters};
 pub use flaws::{Flaw, Flaws};
 pub use frame::{Attribute, Look, ParticleFrame, ParticleSet, SetFrame};
 pub use hermite::hermite_weights;
-pub use pixels::{PixelDepth, Pixels};
+pub use pixels::{Channel, PixelDepth, Pixels};
 pub use report::{Choice, FrameReport, StageCost};
 pub use series::{DEFAULT_RADIUS_PER_SPACING, RadiusChoice, SeriesSpace, SpacingSource, UpAxis};
 pub use source::{Cancel, FrameError, FrameErrorKind, FrameRequest, FrameSource};

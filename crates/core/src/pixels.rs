@@ -31,6 +31,15 @@ pub enum Pixels {
     Linear(Vec<[f32; 4]>),
 }
 
+/// A number per pixel beside the colours of a picture.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Channel {
+    /// `layer.channel`, e.g. `depth.Z`.
+    pub name: String,
+    /// Row by row from the top left.
+    pub values: Vec<f32>,
+}
+
 impl Pixels {
     /// How many there are.
     pub fn len(&self) -> usize {

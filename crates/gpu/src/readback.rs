@@ -1,7 +1,7 @@
 use std::sync::{Mutex, PoisonError};
 
 use crate::resource::Accounted;
-use crate::{Buffer, Gpu, GpuError, Image, Role};
+use crate::{Buffer, Gpu, GpuError, Image, Role, Texture, TextureRole};
 
 /// The buffer that results are read back through, kept and only ever made larger: reading a picture of every frame
 /// allocates once.
@@ -15,6 +15,20 @@ impl Gpu {
         what: &str,
         source: &wgpu::Buffer,
         bytes: u64,
+        take: impl FnOnce(&[u8]) -> T,
+    ) -> Result<T, GpuError> {
+        let copy = |encoder: &mut wgpu::CommandEncoder, staging: &wgpu::Buffer| {
+            encoder.copy_buffer_to_buffer(source, 0, staging, 0, bytes);
+        };
+        self.read_copied(what, bytes, copy, take)
+    }
+
+    /// Waits for the GPU and hands `bytes` bytes, a multiple of 4, that `copy` copies to the buffer it is given, to `take`.
+    fn read_copied<T>(
+        &self,
+        what: &str,
+        bytes: u64,
+        copy: impl FnOnce(&mut wgpu::CommandEncoder, &wgpu::Buffer),
         take: impl FnOnce(&[u8]) -> T,
     ) -> Result<T, GpuError> {
         let mut kept = self.readback.0.lock().unwrap_or_else(PoisonError::into_inner);
@@ -32,7 +46,7 @@ impl Gpu {
             }
         };
         let mut encoder = self.device.create_command_encoder(&Default::default());
-        encoder.copy_buffer_to_buffer(source, 0, &staging, 0, bytes);
+        copy(&mut encoder, &staging);
         self.submit(Some(encoder.finish()));
         let (sender, receiver) = std::sync::mpsc::channel();
         staging.map_async(wgpu::MapMode::Read, ..bytes, move |result| {
@@ -81,5 +95,34 @@ impl<R: Role> Image<R> {
     /// [`GpuError::Driver`] when the device is lost or out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<R::Element>, GpuError> {
         self.buffer().read(gpu)
+    }
+}
+
+impl<R: TextureRole> Texture<R> {
+    /// Waits for the GPU and copies the texels to the host, row by row from the top left without padding.
+    ///
+    /// # Errors
+    /// [`GpuError::Driver`] when the device is lost or out of memory.
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<u8>, GpuError> {
+        let [width, height] = self.size();
+        let row = width * R::FORMAT.block_copy_size(None).unwrap_or(4);
+        let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
+        let layout =
+            wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        gpu.read_copied(
+            R::NAME,
+            u64::from(padded) * u64::from(height),
+            |encoder, buffer| {
+                let target = wgpu::TexelCopyBufferInfo { buffer, layout };
+                encoder.copy_texture_to_buffer(self.raw.as_image_copy(), target, size);
+            },
+            |read| {
+                read.chunks_exact(padded as usize)
+                    .flat_map(|texels| &texels[..row as usize])
+                    .copied()
+                    .collect()
+            },
+        )
     }
 }

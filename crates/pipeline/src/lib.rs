@@ -13,6 +13,7 @@ mod error;
 mod exposure;
 mod identity;
 mod images;
+mod layers;
 mod lod_view;
 mod measure;
 mod opaque_sets;
@@ -26,6 +27,7 @@ mod world;
 pub use colors::ColorSettings;
 pub use error::PipelineError;
 pub use exposure::Exposure;
+pub use layers::Layer;
 pub use lod_view::LodView;
 pub use meniscus_lod::{
     LodParams, Mode as LodMode, Policy as LodPolicy, RateGovernor, Refinement, SetStoreStats,

@@ -4,6 +4,7 @@
 use std::str::FromStr;
 
 use glam::{Vec2, Vec3};
+use meniscus_color::ColorMap;
 use meniscus_core::{Aabb, Camera, UpAxis};
 use meniscus_gpu::role::NO_SURFACE;
 use meniscus_lod::{Chunk, Coarseness, Fate};
@@ -190,6 +191,23 @@ impl Canvas<'_> {
     }
 }
 
+/// The kept fraction of the chunk that each pixel shows; as of [`Canvas::paint`].
+pub(crate) fn kept_fractions(
+    chunks: &[Explained],
+    distance: &[f32],
+    reach_world: f32,
+    size: [u32; 2],
+    camera: &Camera,
+) -> Vec<f32> {
+    let canvas = Canvas { pixels: &mut [], size, camera };
+    let kept = |index: usize| match &chunks[index] {
+        (chunk, Fate::Selected { kept, .. }) => *kept as f32 / chunk.count as f32,
+        _ => 0.0,
+    };
+    let of_pixels = canvas.chunk_of_pixels(chunks, distance, reach_world);
+    of_pixels.into_iter().map(|chunk| chunk.map_or(0.0, kept)).collect()
+}
+
 fn is_selected(fate: &Fate) -> bool {
     matches!(fate, Fate::Selected { .. })
 }
@@ -202,7 +220,7 @@ fn pack(colour: Colour) -> u32 {
 fn colour(view: LodView, index: usize, (chunk, fate): &Explained) -> Colour {
     let Fate::Selected { kept, stand_ins, .. } = fate else { return [0.0; 3] };
     match view {
-        LodView::Kept => ramp(*kept as f32 / chunk.count as f32),
+        LodView::Kept => ColorMap::Viridis.srgb(f64::from(*kept) / f64::from(chunk.count)).to_array(),
         LodView::Chunks => {
             // Steps of the golden ratio around the circle of hues: neighbours along the curve differ most.
             let hue = (index as f32 * 0.618_034).fract() * 6.0;
@@ -225,18 +243,4 @@ fn fate_colour(fate: &Fate) -> Colour {
         Fate::TooNear => [0.6, 0.2, 0.8],
         Fate::TooFar => [0.5; 3],
     }
-}
-
-/// Violet, blue, green, yellow by even steps: five points of matplotlib's viridis.
-fn ramp(t: f32) -> Colour {
-    const POINTS: [Colour; 5] = [
-        [0.267, 0.005, 0.329],
-        [0.230, 0.322, 0.546],
-        [0.128, 0.567, 0.551],
-        [0.369, 0.789, 0.383],
-        [0.993, 0.906, 0.144],
-    ];
-    let at = t.clamp(0.0, 1.0) * 4.0;
-    let low = (at as usize).min(3);
-    std::array::from_fn(|c| POINTS[low][c] + (POINTS[low + 1][c] - POINTS[low][c]) * (at - low as f32))
 }

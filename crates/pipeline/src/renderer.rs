@@ -17,7 +17,7 @@ use crate::colors::{GpuValues, SurfaceColors};
 use crate::counters;
 use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
-use crate::lod_view::{Canvas, LodView};
+use crate::lod_view::{self, Canvas, Explained, LodView};
 use crate::opaque_sets::OpaqueSets;
 use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, UploadAhead, World};
 
@@ -202,6 +202,35 @@ impl Renderer {
         world: &World,
         camera: &Camera,
     ) -> Result<(), PipelineError> {
+        let size = self.surface_images().size();
+        let mut canvas = Canvas { pixels: &mut picture.pixels, size, camera };
+        self.with_chunks(frame, world, camera, |chunks, distance, reach| {
+            canvas.paint(view, chunks, distance, reach, world.space().up);
+        })
+    }
+
+    /// The kept fraction of the chunk that each pixel of the picture that was just drawn shows; 0 where it shows none.
+    pub(crate) fn kept_fractions(
+        &self,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+    ) -> Result<Vec<f32>, PipelineError> {
+        let size = self.surface_images().size();
+        self.with_chunks(frame, world, camera, |chunks, distance, reach| {
+            lod_view::kept_fractions(chunks, distance, reach, size, camera)
+        })
+    }
+
+    /// Calls `look` with all chunks and what became of them, the distance of the water per pixel, and how far from the centres of a
+    /// chunk its surface may be.
+    fn with_chunks<T>(
+        &self,
+        frame: &PreparedFrame,
+        world: &World,
+        camera: &Camera,
+        look: impl FnOnce(&[Explained<'_>], &[f32], f32) -> T,
+    ) -> Result<T, PipelineError> {
         let surface = self.surface_images();
         let viewpoint = viewpoint(world, camera, surface.size());
         let mut chunks = Vec::new();
@@ -211,10 +240,7 @@ impl Renderer {
         }
         // Smoothing moves the surface by about a spacing, a grown splat reaches two radii.
         let reach = viewpoint.spacing_world + 2.0 * viewpoint.radius_world;
-        let distance = surface.distance.read(&self.gpu)?;
-        let mut canvas = Canvas { pixels: &mut picture.pixels, size: surface.size(), camera };
-        canvas.paint(view, &chunks, &distance, reach, world.space().up);
-        Ok(())
+        Ok(look(&chunks, &surface.distance.read(&self.gpu)?, reach))
     }
 
     /// Draws `frame` and waits for the GPU; the picture stays there.

@@ -13,6 +13,7 @@ mod films;
 mod help;
 mod info;
 mod interrupt;
+mod layers;
 mod look;
 mod overlays;
 mod parameters;

@@ -10,7 +10,9 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use indicatif::ProgressBar;
-use meniscus_core::{Camera, Flaw, FrameError, FrameErrorKind, FrameReport, FrameSource, PixelDepth, Pixels};
+use meniscus_core::{
+    Camera, Channel, Flaw, FrameError, FrameErrorKind, FrameReport, FrameSource, PixelDepth, Pixels,
+};
 use meniscus_export::ExportError;
 use meniscus_gpu::Timing;
 use meniscus_io::Series;
@@ -80,8 +82,7 @@ pub fn run(
     studio.renderer.set_tracing(args.trace.is_some());
     let look =
         Look::open(studio.camera, args.camera_path.as_deref(), &studio.world, shots.rate, shots.range)?;
-    let quality = args.encoding.still_quality();
-    let maker = Maker::new(&studio, &args.input, args.show, output.depth(), args.supersample, quality);
+    let maker = Maker::new(&studio, args, output.depth());
     let captions = Captions::plan(args, &studio.world, &shots)?;
     let works = works(args, &series, &shots, &look, &captions, &maker, &mut output)?;
     let prefetcher = prefetcher(args, &studio, global, &shots, &works, &trace)?;
@@ -243,6 +244,13 @@ impl<E: Into<Failure>> From<E> for Stop {
     }
 }
 
+/// A picture that was drawn, and what it says about itself.
+struct Drawn {
+    pixels: Pixels,
+    channels: Vec<Channel>,
+    report: FrameReport,
+}
+
 /// A run on its way.
 struct Session<'a> {
     args: &'a RenderArgs,
@@ -252,8 +260,8 @@ struct Session<'a> {
     trace: &'a Trace,
     terminal: &'a Terminal,
     bar: ProgressBar,
-    /// The picture before, and what it said about itself.
-    last: Option<(Pixels, FrameReport)>,
+    /// The picture before.
+    last: Option<Drawn>,
     /// The frame drawn last and its index in [`Shots::source`]: slow films show it again, from elsewhere.
     held: Option<(usize, PreparedFrame)>,
     failures: Vec<String>,
@@ -269,7 +277,7 @@ impl Session<'_> {
     ) -> Result<(), Stop> {
         let (number, time) = (work.shot.moment.number, work.shot.moment.time);
         if work.is_repeated {
-            if let Some((_, report)) = &self.last {
+            if let Some(Drawn { report, .. }) = &self.last {
                 let report = FrameReport { frame: number, time, ..report.clone() };
                 self.report.add(report);
                 return self.write(work);
@@ -279,8 +287,9 @@ impl Session<'_> {
         self.last = None;
         let begin = Instant::now();
         match self.take_and_draw(work, prefetcher)? {
-            Ok((pixels, report)) => {
-                self.last = Some((pixels, report.clone()));
+            Ok(drawn) => {
+                let report = drawn.report.clone();
+                self.last = Some(drawn);
                 self.write(work)?;
                 self.trace.span(Track::Frames, "frame", begin, json!({ "frame": number, "time": time }));
                 let known = &self.report.flaws;
@@ -310,9 +319,10 @@ impl Session<'_> {
         &mut self,
         work: &Work<'_>,
         prefetcher: &Prefetcher<PreparedFrame>,
-    ) -> Result<Result<(Pixels, FrameReport), FrameError>, Failure> {
+    ) -> Result<Result<Drawn, FrameError>, Failure> {
         let (number, time) = (work.shot.moment.number, work.shot.moment.time);
         let mut exposure = Exposure::default();
+        let mut channels = Vec::new();
         let mut picture: Option<Picture> = None;
         let is_mean = work.shot.parts.len() > 1;
         for (part, camera) in std::iter::zip(&work.shot.parts, &work.cameras) {
@@ -321,6 +331,10 @@ impl Session<'_> {
                 Err(error) => return Ok(Err(error)),
             };
             let mut drawn = self.draw(&frame, number, camera)?;
+            if !self.args.layers.is_empty() {
+                let (renderer, world) = (&self.studio.renderer, &self.studio.world);
+                channels = renderer.layers(&self.args.layers, &frame, world, camera)?;
+            }
             // What reading it took is told once.
             frame.read = None;
             self.held = Some((part.index, frame));
@@ -341,7 +355,7 @@ impl Session<'_> {
         work.overlay.draw(&mut pixels, size);
         // A frame of a film is known by the picture's number and time.
         let time = time.or(report.time);
-        Ok(Ok((pixels, FrameReport { frame: number, time, ..report })))
+        Ok(Ok(Drawn { pixels, channels, report: FrameReport { frame: number, time, ..report } }))
     }
 
     fn take(
@@ -387,12 +401,12 @@ impl Session<'_> {
 
     /// Writes the last picture that was drawn.
     fn write(&mut self, work: &Work<'_>) -> Result<(), Stop> {
-        let Some((pixels, _)) = &self.last else { return Ok(()) };
+        let Some(Drawn { pixels, channels, .. }) = &self.last else { return Ok(()) };
         let begin = Instant::now();
         let number = work.shot.moment.number;
         let with_alpha = self.studio.renderer.settings().transparent();
         self.output
-            .push(number, self.studio.size, pixels, with_alpha, &work.note)
+            .push(number, self.studio.size, (pixels, channels), with_alpha, &work.note)
             .map_err(Stop::Unwritable)?;
         self.trace.span(Track::Drawing, "encode and write", begin, json!({ "frame": number }));
         Ok(())

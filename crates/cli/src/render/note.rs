@@ -2,10 +2,9 @@
 
 use meniscus_core::{Camera, PixelDepth};
 use meniscus_overlay::Overlay;
-use meniscus_pipeline::LodView;
 use meniscus_timeline::Sample;
 
-use crate::args::InputArgs;
+use crate::args::{InputArgs, RenderArgs};
 use crate::picture::Studio;
 
 /// What is the same for all pictures of a run.
@@ -15,19 +14,14 @@ pub struct Maker {
 
 impl Maker {
     /// Everything that the pixels depend on, besides the particles, the moment and the camera.
-    pub fn new(
-        studio: &Studio,
-        input: &InputArgs,
-        show: Option<LodView>,
-        depth: PixelDepth,
-        supersampling: u32,
-        quality: u8,
-    ) -> Self {
+    pub fn new(studio: &Studio, args: &RenderArgs, depth: PixelDepth) -> Self {
         let renderer = &studio.renderer;
-        let InputArgs { sets, where_expr, every, region, keep_ghosts, .. } = input;
+        let RenderArgs { supersample, show, layers, .. } = args;
+        let quality = args.encoding.still_quality();
+        let InputArgs { sets, where_expr, every, region, keep_ghosts, .. } = &args.input;
         let text = format!(
-            "{:?} {} {:?} {:?} {supersampling} {depth:?} {quality} {show:?} {sets:?} {where_expr:?} {every:?} {region:?} \
-             {keep_ghosts}",
+            "{:?} {} {:?} {:?} {supersample} {depth:?} {quality} {show:?} {layers:?} {sets:?} {where_expr:?} {every:?} \
+             {region:?} {keep_ghosts}",
             renderer.gpu().summary(),
             renderer.settings().effective(renderer.registry()),
             studio.world,

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use meniscus_core::{Choice, PixelDepth, Pixels};
+use meniscus_core::{Channel, Choice, PixelDepth, Pixels};
 use meniscus_export::{
     Encoder, ExportError, Film, FilmOptions, Format, OutputPattern, Still, StillOptions, film_size, note_of,
     open_film, write_still,
@@ -60,6 +60,14 @@ impl Output {
         if depth == PixelDepth::Linear && (!args.overlay.is_empty() || args.text.is_some()) {
             return unsuitable(
                 "linear radiance is not written on; leave out --overlay and --text, or write .png",
+            );
+        }
+        if depth != PixelDepth::Linear && !args.layers.is_empty() {
+            return unsuitable("only .exr has layers besides the picture");
+        }
+        if !args.layers.is_empty() && args.exposure.samples().max(args.supersample) > 1 {
+            return unsuitable(
+                "layers are those of a single picture; leave out --samples, --supersample and blur",
             );
         }
         if format.is_film() {
@@ -151,13 +159,13 @@ impl Output {
         &mut self,
         number: usize,
         size: [u32; 2],
-        pixels: &Pixels,
+        (pixels, channels): (&Pixels, &[Channel]),
         with_alpha: bool,
         note: &str,
     ) -> Result<(), ExportError> {
         match self {
             Self::Stills(stills) => {
-                let still = Still { size, pixels, with_alpha, note };
+                let still = Still { size, pixels, with_alpha, channels, note };
                 write_still(&stills.pattern.path(number), &still, stills.options)?;
                 stills.written.push(number);
                 Ok(())

@@ -7,7 +7,7 @@ use exr::prelude::{AnyChannel, AnyChannels, Encoding, FlatSamples, Image, Writab
 
 use super::{EncodeError, NOTE_KEY, Sink, Still};
 
-/// Writes linear pixels as half floats. With alpha, colours are multiplied by it, as the format has it.
+/// Writes linear pixels as half floats, other channels as floats. With alpha, colours are multiplied by it, as the format has it.
 pub(super) fn encode(file: impl Sink, still: &Still<'_>, pixels: &[[f32; 4]]) -> Result<(), EncodeError> {
     let channel = |name: &str, value: &dyn Fn(&[f32; 4]) -> f32| {
         let samples = pixels.iter().map(|pixel| f16::from_f32(value(pixel))).collect();
@@ -20,6 +20,10 @@ pub(super) fn encode(file: impl Sink, still: &Still<'_>, pixels: &[[f32; 4]]) ->
         .collect();
     if still.with_alpha {
         channels.push(channel("A", &|pixel| pixel[3]));
+    }
+    for extra in still.channels {
+        // Distances need more digits than halves have.
+        channels.push(AnyChannel::new(extra.name.as_str(), FlatSamples::F32(extra.values.clone())));
     }
     let size = still.size.map(|side| side as usize);
     let channels = AnyChannels::sort(channels.into());

@@ -8,7 +8,7 @@ mod read;
 use std::io::{BufWriter, Seek, Write};
 use std::path::Path;
 
-use meniscus_core::Pixels;
+use meniscus_core::{Channel, Pixels};
 
 use crate::beside::beside;
 use crate::{ExportError, Format};
@@ -30,6 +30,8 @@ pub struct Still<'a> {
     pub pixels: &'a Pixels,
     /// Whether alpha is written; else it is left out.
     pub with_alpha: bool,
+    /// Numbers beside the colours, as many per channel as pixels; for OpenEXR only.
+    pub channels: &'a [Channel],
     /// Latin text that comes along in the file: how the picture was made. May be empty.
     pub note: &'a str,
 }
@@ -132,7 +134,7 @@ mod tests {
     }
 
     fn still(pixels: &Pixels, with_alpha: bool) -> Still<'_> {
-        Still { size: [3, 2], pixels, with_alpha, note: "a note" }
+        Still { size: [3, 2], pixels, with_alpha, channels: &[], note: "a note" }
     }
 
     #[test]
@@ -190,7 +192,7 @@ mod tests {
         let pixels = Pixels::Display8(pixels);
         let error = |quality| {
             let path = folder.path().join("out.jpeg");
-            let still = Still { size, pixels: &pixels, with_alpha: false, note: "" };
+            let still = Still { size, pixels: &pixels, with_alpha: false, channels: &[], note: "" };
             write_still(&path, &still, StillOptions { quality }).unwrap();
             let read = image::open(&path).unwrap().into_rgb8();
             let Pixels::Display8(expected) = &pixels else { unreachable!() };
@@ -238,7 +240,8 @@ mod tests {
         let [path, second_name] = ["out.png", "old.png"].map(|name| folder.path().join(name));
         let write = |width: u32| {
             let pixels = Pixels::Display8(vec![0xff00_0001; width as usize]);
-            let still = Still { size: [width, 1], pixels: &pixels, with_alpha: false, note: "" };
+            let still =
+                Still { size: [width, 1], pixels: &pixels, with_alpha: false, channels: &[], note: "" };
             write_still(&path, &still, StillOptions::default()).unwrap();
         };
         write(1);
