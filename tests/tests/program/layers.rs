@@ -9,7 +9,8 @@ use crate::program_with_dam;
 
 /// All channels of the file by name.
 fn channels(path: &Path) -> BTreeMap<String, Vec<f32>> {
-    let image = read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
+    let image =
+        read().no_deep_data().largest_resolution_level().all_channels().first_valid_layer().all_attributes();
     let image = image.from_file(path).expect("an OpenEXR file");
     let values = |samples: &FlatSamples| samples.values_as_f32().collect();
     image.layer_data.channel_data.list.iter().map(|c| (c.name.to_string(), values(&c.sample_data))).collect()
