@@ -96,6 +96,7 @@ impl FrameSource for CaseSource {
                 .collect(),
             ids: frame.ids.iter().map(|&id| id as u64).collect(),
             attributes,
+            ..Default::default()
         };
         Ok(SetFrame {
             index,

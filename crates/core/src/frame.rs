@@ -1,3 +1,4 @@
+use std::ops::RangeInclusive;
 use std::path::PathBuf;
 
 use glam::DVec3;
@@ -40,7 +41,14 @@ pub struct ParticleFrame {
     pub ids: Vec<u64>,
     /// The attributes that were asked for, each as long as `positions`.
     pub attributes: Vec<Attribute>,
+    /// Spacing and radius of each particle relative to those of the series ([`crate::SeriesSpace`]), in [`SIZES`]. Either empty
+    /// (all have those of the series) or as long as `positions`.
+    pub sizes: Vec<f32>,
 }
+
+/// Relative sizes that particles are drawn with. Their cubes, the volumes, are normal numbers of half precision or close to it,
+/// and a single particle that is larger would be more of a picture than all others.
+pub const SIZES: RangeInclusive<f32> = 0.031_25..=32.0;
 
 impl ParticleFrame {
     /// Number of particles.
@@ -58,6 +66,14 @@ impl ParticleFrame {
         self.ids.get(index).copied().unwrap_or(index as u64)
     }
 
+    /// Relative size of particle `index`, in [`SIZES`]: 1 where it has none, or one that is no number above 0.
+    pub fn size(&self, index: usize) -> f32 {
+        match self.sizes.get(index) {
+            Some(&size) if size > 0.0 => size.clamp(*SIZES.start(), *SIZES.end()),
+            _ => 1.0,
+        }
+    }
+
     /// Box around the particle centres.
     pub fn bounds(&self) -> Aabb {
         Aabb::of_points(&self.positions)
@@ -66,7 +82,7 @@ impl ParticleFrame {
     /// Bytes held in memory.
     pub fn bytes(&self) -> u64 {
         let attributes: usize = self.attributes.iter().map(|a| a.values.len() * 4).sum();
-        (self.positions.len() * 12 + self.ids.len() * 8 + attributes) as u64
+        (self.positions.len() * 12 + self.ids.len() * 8 + attributes + self.sizes.len() * 4) as u64
     }
 }
 

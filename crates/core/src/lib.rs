@@ -22,7 +22,7 @@ pub use bounds::Aabb;
 pub use camera::{Camera, CameraError, Projection};
 pub use counters::{FrameRead, WorkCounters};
 pub use flaws::{Flaw, Flaws};
-pub use frame::{Attribute, Look, ParticleFrame, ParticleSet, SetFrame};
+pub use frame::{Attribute, Look, ParticleFrame, ParticleSet, SIZES, SetFrame};
 pub use hermite::hermite_weights;
 pub use pixels::{Channel, PixelDepth, Pixels};
 pub use report::{Choice, FrameReport, StageCost};

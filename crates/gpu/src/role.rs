@@ -117,6 +117,12 @@ impl PackedParticle {
         Self { position_world, packed: Self::UNIT_RADIUS_BITS << 16 | u32::from(hash) }
     }
 
+    /// A particle with `relative` times the set's own radius, >= 0.
+    pub fn sized(position_world: [f32; 3], hash: u16, relative: f32) -> Self {
+        let bits = u32::from(half::f16::from_f32(relative).to_bits());
+        Self { position_world, packed: bits << 16 | u32::from(hash) }
+    }
+
     /// The 16-bit identity hash.
     pub fn hash(&self) -> u16 {
         self.packed as u16

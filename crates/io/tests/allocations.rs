@@ -93,9 +93,9 @@ fn write_all(folder: &Path) {
 /// Bytes of the numbers in `frame`.
 fn delivered(frame: &SetFrame) -> usize {
     let of = |set: &ParticleSet| {
-        let ParticleFrame { positions, ids, attributes } = &set.particles;
+        let ParticleFrame { positions, ids, attributes, sizes } = &set.particles;
         let values: usize = attributes.iter().map(|attribute| 4 * attribute.values.len()).sum();
-        12 * positions.len() + 8 * ids.len() + values
+        12 * positions.len() + 8 * ids.len() + values + 4 * sizes.len()
     };
     frame.sets.iter().map(of).sum()
 }

@@ -1,7 +1,10 @@
 //! What lies around each cell of the grid: which particles nothing in front of them can be seen through to, which have no
 //! neighbours. Independent of any camera, so that it is found once per frame, on a reader thread.
 
+use std::ops::Range;
+
 use glam::{IVec3, UVec3, Vec3};
+use meniscus_core::ParticleFrame;
 use rayon::prelude::*;
 
 use crate::grid::CellOrder;
@@ -48,16 +51,19 @@ struct Brick {
 #[derive(Clone, Copy)]
 struct Content {
     local: [u8; 3],
+    is_full: bool,
     count: u16,
 }
 
 impl Cells {
-    /// The cells of `order`, whose frame has `positions` (world). A particle is isolated that has fewer than `isolated_below`
-    /// others in the eight cells nearest to it. Deterministic for any number of threads; O(n), and at most 40 bytes per
+    /// The cells of `order` of `frame`. A particle is isolated that has fewer than `isolated_below` others in the eight cells
+    /// nearest to it, which cells need few particles larger than about three times the set's own size for; a cell is full by
+    /// the volume of its particles, and where they are larger than the cell, those without a centre are not. Large particles
+    /// are so at worst taken for isolated and for shell, which only costs speed. Deterministic for any number of threads; O(n), and at most 40 bytes per
     /// particle beside its result, a tenth of that in the bulk.
     pub(crate) fn of(
         order: &CellOrder,
-        positions: &[[f32; 3]],
+        frame: &ParticleFrame,
         spacing_world: f32,
         isolated_below: u16,
     ) -> Self {
@@ -70,16 +76,27 @@ impl Cells {
             }
         }
         let end_of = |cell: usize| cells.get(cell + 1).map_or(order.len(), |next| next.first_slot as usize);
-        let position = |slot: usize| Vec3::from(positions[order.index(slot) as usize]);
+        let position = |slot: usize| Vec3::from(frame.positions[order.index(slot) as usize]);
+        // In particles of the set's own size.
+        let volume = |slots: Range<usize>| -> f32 {
+            if frame.sizes.is_empty() {
+                return slots.len() as f32;
+            }
+            slots.map(|slot| frame.size(order.index(slot) as usize).powi(3)).sum()
+        };
+        let expected = (grid.edge_world() / spacing_world).powi(3);
+        // A spacing that is no length finds no cell full, which only costs speed.
+        let full_from = (FULL * expected).round().clamp(1.0, f32::from(u16::MAX));
         let contents: Vec<Content> = cells
             .par_iter()
             .enumerate()
             .map(|(index, cell)| {
-                let first = cell.first_slot as usize;
-                let local = grid.cell_of(position(first)) & UVec3::splat(BRICK as u32 - 1);
+                let slots = cell.first_slot as usize..end_of(index);
+                let local = grid.cell_of(position(slots.start)) & UVec3::splat(BRICK as u32 - 1);
                 Content {
                     local: local.to_array().map(|c| c as u8),
-                    count: (end_of(index) - first).min(usize::from(u16::MAX)) as u16,
+                    is_full: volume(slots.clone()) >= full_from,
+                    count: slots.len().min(usize::from(u16::MAX)) as u16,
                 }
             })
             .collect();
@@ -91,9 +108,6 @@ impl Cells {
                 bricks.push(Brick { code, at, first_cell: index as u32 });
             }
         }
-        let expected = (grid.edge_world() / spacing_world).powi(3);
-        // A spacing that is no length finds no cell full, which only costs speed; the cast saturates.
-        let full_from = (FULL * expected).round().max(1.0) as u16;
 
         let cells_of = |brick: usize| {
             let end = bricks.get(brick + 1).map_or(cells.len(), |next| next.first_cell as usize);
@@ -124,7 +138,7 @@ impl Cells {
                             held.sum::<u32>() <= u32::from(isolated_below)
                         }));
                     }
-                    let (is_buried, outward) = apron.surroundings(content.local, full_from);
+                    let (is_buried, outward) = apron.surroundings(content.local);
                     Cell { is_buried, outward, ..cell }
                 });
                 (cells.collect(), isolated)
@@ -139,17 +153,14 @@ impl Cells {
     }
 
     /// The isolated among the particles of `slots`, counted from the first of them.
-    pub(crate) fn isolated_in(&self, slots: std::ops::Range<usize>) -> impl Iterator<Item = usize> {
+    pub(crate) fn isolated_in(&self, slots: Range<usize>) -> impl Iterator<Item = usize> {
         let first = self.isolated.partition_point(|&slot| (slot as usize) < slots.start);
         let in_range = self.isolated[first..].iter().map(|&slot| slot as usize);
         in_range.take_while(move |slot| *slot < slots.end).map(move |slot| slot - slots.start)
     }
 
     /// The cells that hold the particles of `slots`, each with those of its slots that are among them, counted from the first.
-    pub(crate) fn in_slots(
-        &self,
-        slots: std::ops::Range<usize>,
-    ) -> impl Iterator<Item = (&Cell, std::ops::Range<usize>)> {
+    pub(crate) fn in_slots(&self, slots: Range<usize>) -> impl Iterator<Item = (&Cell, Range<usize>)> {
         let first = self.cells.partition_point(|cell| cell.first_slot as usize <= slots.start) - 1;
         let start = slots.start;
         self.cells[first..]
@@ -172,12 +183,15 @@ fn neighbours() -> impl Iterator<Item = IVec3> {
     (-1..=1).flat_map(|z| (-1..=1).flat_map(move |y| (-1..=1).map(move |x| IVec3::new(x, y, z))))
 }
 
-/// Particle counts of a brick's cells and of those around it.
-struct Apron([u16; APRON * APRON * APRON]);
+/// What a brick's cells and those around it hold.
+struct Apron {
+    counts: [u16; APRON * APRON * APRON],
+    are_full: [bool; APRON * APRON * APRON],
+}
 
 impl Default for Apron {
     fn default() -> Self {
-        Self([0; APRON * APRON * APRON])
+        Self { counts: [0; APRON * APRON * APRON], are_full: [false; APRON * APRON * APRON] }
     }
 }
 
@@ -192,21 +206,26 @@ impl Apron {
     fn add(&mut self, brick_offset: IVec3, content: &Content) {
         let local = IVec3::from(content.local.map(i32::from));
         if let Some(place) = Self::place(local + brick_offset * BRICK) {
-            self.0[place] = content.count;
+            self.counts[place] = content.count;
+            self.are_full[place] = content.is_full;
         }
     }
 
     fn count(&self, at: IVec3) -> u16 {
-        Self::place(at).map_or(0, |place| self.0[place])
+        Self::place(at).map_or(0, |place| self.counts[place])
+    }
+
+    fn is_full(&self, at: IVec3) -> bool {
+        Self::place(at).is_some_and(|place| self.are_full[place])
     }
 
     /// Whether the cell and all around it are full, and the sum of the directions to those that are not.
-    fn surroundings(&self, local: [u8; 3], full_from: u16) -> (bool, [i8; 3]) {
+    fn surroundings(&self, local: [u8; 3]) -> (bool, [i8; 3]) {
         let at = IVec3::from(local.map(i32::from));
         let mut open = 0;
         let mut outward = IVec3::ZERO;
         for offset in neighbours() {
-            if self.count(at + offset) < full_from {
+            if !self.is_full(at + offset) {
                 open += 1;
                 outward += offset;
             }

@@ -37,6 +37,8 @@ pub struct Chunk {
     pub buried_bounds: Aabb,
     /// Where the shell faces, the mean over its particles: shorter than 1 where it faces several ways.
     pub outward: Vec3,
+    /// Largest relative size of its particles.
+    pub largest: f32,
     /// Stand-ins of shell and buried particles, each in the order of [`Coarseness::ALL`](crate::Coarseness::ALL).
     pub stand_ins: [[StandIns; 3]; 2],
 }
@@ -93,6 +95,8 @@ pub struct ChunkedSet {
     pub stand_ins: Vec<Vec<StandIn>>,
     /// Box around all particle centres, world.
     pub bounds: Aabb,
+    /// Whether particles have sizes of their own.
+    pub has_sizes: bool,
     page_starts: Vec<usize>,
     serial: u64,
 }
@@ -143,7 +147,7 @@ pub fn build(frame: &ParticleFrame, options: &ChunkOptions) -> ChunkedSet {
     let n = frame.len();
     assert!(u32::try_from(n).is_ok(), "{n} particles in one set; at most 2^32 - 1 can be indexed");
     let order = CellOrder::new(&frame.positions, options.spacing_world);
-    let cells = Cells::of(&order, &frame.positions, options.spacing_world, ISOLATED_BELOW);
+    let cells = Cells::of(&order, frame, options.spacing_world, ISOLATED_BELOW);
     let cuts = order.cuts(options.chunk_particles.min(options.page_particles));
     let (mut chunks, page_starts) = lay_out(&cuts, options.page_particles.max(1));
 
@@ -172,6 +176,7 @@ pub fn build(frame: &ParticleFrame, options: &ChunkOptions) -> ChunkedSet {
         bounds: chunks.iter().fold(Aabb::EMPTY, |bounds, chunk| bounds.union(chunk.bounds)),
         stand_ins: by_page(&mut chunks, &of_chunks, page_starts.len()),
         chunks,
+        has_sizes: !frame.sizes.is_empty(),
         page_starts,
         serial: SERIAL.fetch_add(1, Ordering::Relaxed),
     }
@@ -215,6 +220,7 @@ fn lay_out(cuts: &[usize], page_particles: usize) -> (Vec<Chunk>, Vec<usize>) {
                 shell: 0,
                 buried_bounds: Aabb::EMPTY,
                 outward: Vec3::ZERO,
+                largest: 1.0,
                 stand_ins: Default::default(),
             };
             start = end;
@@ -245,6 +251,8 @@ struct ChunkJob<'a> {
 struct Scratch {
     /// The chunk's particles along the curve.
     positions: Vec<[f32; 3]>,
+    /// Their relative sizes.
+    sizes: Vec<f32>,
     parts: Vec<Part>,
     /// What they are sorted by, most significant first: part (2 bits), hash (16 bits), place on the curve (32 bits).
     ranks: Vec<u64>,
@@ -255,12 +263,15 @@ impl ChunkJob<'_> {
     /// Fills the chunk and gives its stand-ins.
     fn fill(self, context: &Context, scratch: &mut Scratch) -> Vec<StandIn> {
         let Context { frame, options, order, cells } = *context;
-        let Scratch { positions, parts, ranks, gatherings } = scratch;
+        let Scratch { positions, sizes, parts, ranks, gatherings } = scratch;
         let slots = self.first_slot..self.first_slot + self.particles.len();
         let index = |local: usize| order.index(self.first_slot + local);
         // On their own, so that the cache misses of a frame in random order overlap.
         positions.clear();
         positions.extend((0..self.particles.len()).map(|local| frame.positions[index(local) as usize]));
+        sizes.clear();
+        sizes.extend((0..self.particles.len()).map(|local| frame.size(index(local) as usize)));
+        self.chunk.largest = sizes.iter().copied().fold(0.0, f32::max);
 
         parts.clear();
         for (cell, locals) in cells.in_slots(slots.clone()) {
@@ -277,7 +288,7 @@ impl ChunkJob<'_> {
         for (cell, locals) in cells.in_slots(slots) {
             let mut moments = Moments::default();
             for local in locals.filter(|&local| !matches!(parts[local], Part::Isolated)) {
-                moments.add(Vec3::from(positions[local]) - origin);
+                moments.add(Vec3::from(positions[local]) - origin, sizes[local]);
             }
             gatherings[usize::from(cell.is_buried)].add_cell(cell.code, &moments, origin, spacing_world);
         }
@@ -300,7 +311,7 @@ impl ChunkJob<'_> {
         let slots = self.particles.iter_mut().zip(self.sources);
         for (&rank, (particle, source)) in ranks.iter().zip(slots) {
             let local = rank as u32 as usize;
-            *particle = PackedParticle::new(positions[local], (rank >> 32) as u16);
+            *particle = PackedParticle::sized(positions[local], (rank >> 32) as u16, sizes[local]);
             *source = index(local);
         }
         let before = |part: Part| ranks.partition_point(|rank| rank >> 48 < part as u64) as u32;

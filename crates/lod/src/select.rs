@@ -24,7 +24,7 @@ pub struct Viewpoint {
     pub size_px: [u32; 2],
     /// The largest radius at which any pass draws a particle of the set's own size, world units.
     pub radius_world: f32,
-    /// Distance of neighbouring particles, world units.
+    /// Distance of neighbouring particles of the set's own size, world units.
     pub spacing_world: f32,
 }
 
@@ -87,10 +87,12 @@ pub struct Selection {
     pub visible: u64,
     /// Smallest keep probability, in 1/65536, of what is drawn first and larger than a pixel.
     pub least_keep: u32,
-    /// Whether that is all, also of shells that face away. Buried particles, which only show through cracks, do not count.
+    /// Whether that is all and of one size, also of shells that face away. Buried particles, which only show through cracks, do not count.
     pub is_uniform_surface: bool,
-    /// Whether all particles that count in the thickness count as themselves.
+    /// Whether all particles that count in the thickness count as themselves and have the set's own size.
     pub is_uniform_mass: bool,
+    /// Whether particles have sizes of their own.
+    pub has_sizes: bool,
 }
 
 /// A chunk in view.
@@ -134,8 +136,9 @@ pub fn select(set: &ChunkedSet, viewpoint: &Viewpoint, params: &LodParams) -> Re
         pages: vec![PageSelection::default(); set.pages().len()],
         visible: candidates.iter().map(|candidate| u64::from(candidate.chunk.count)).sum(),
         least_keep: choices.iter().map(|choice| choice.least_keep).min().unwrap_or(KeptRange::KEEP_ALL),
-        is_uniform_surface: choices.iter().all(|choice| choice.is_uniform_surface),
-        is_uniform_mass: choices.iter().all(|choice| choice.is_uniform_mass),
+        is_uniform_surface: !set.has_sizes && choices.iter().all(|choice| choice.is_uniform_surface),
+        is_uniform_mass: !set.has_sizes && choices.iter().all(|choice| choice.is_uniform_mass),
+        has_sizes: set.has_sizes,
         ..Default::default()
     };
     for (candidate, choice) in candidates.iter().zip(&choices) {
@@ -193,7 +196,7 @@ pub fn explain(set: &ChunkedSet, viewpoint: &Viewpoint, params: &LodParams) -> R
         None => {
             let nearest = chooser.view.nearest(&chunk.bounds);
             let farthest = nearest + chunk.bounds.extent().dot(chooser.view.forward().abs());
-            let reach = viewpoint.radius_world * MAX_GROWTH;
+            let reach = viewpoint.radius_world * chunk.largest * MAX_GROWTH;
             match params.far {
                 Some(far) if nearest > far => Fate::TooFar,
                 _ if farthest + reach < viewpoint.camera.near => Fate::TooNear,
@@ -214,9 +217,9 @@ fn candidates<'a>(
     set.chunks
         .par_iter()
         // Under every threshold as if grown in full, so that the chunks in view do not depend on the threshold.
-        .filter(|chunk| view.sees(&chunk.bounds, viewpoint.radius_world * MAX_GROWTH))
+        .filter(|chunk| view.sees(&chunk.bounds, viewpoint.radius_world * chunk.largest * MAX_GROWTH))
         .filter(|chunk| params.far.is_none_or(|far| view.nearest(&chunk.bounds) <= far))
-        .map(|chunk| Candidate::new(chunk, view, viewpoint.radius_world, params.policy))
+        .map(|chunk| Candidate::new(chunk, view, viewpoint.radius_world * chunk.largest, params.policy))
         .collect()
 }
 
@@ -237,6 +240,7 @@ fn validate(viewpoint: &Viewpoint, params: &LodParams) -> Result<(), LodError> {
 }
 
 impl<'a> Candidate<'a> {
+    /// `radius_world`: of the largest particle.
     fn new(chunk: &'a Chunk, view: &View, radius_world: f32, policy: Policy) -> Self {
         let center = chunk.bounds.center();
         let nearest = view.nearest(&chunk.bounds);
@@ -363,7 +367,7 @@ impl Chooser<'_> {
         let particles = self.set.particles_of(chunk);
         let spacing_px = self.viewpoint.spacing_world * self.view.px_per_world(candidate.nearest);
         let ends = [0, chunk.isolated, chunk.isolated + chunk.shell, chunk.count];
-        let keeps = self.keeps(candidate, spacing_px);
+        let keeps = self.keeps(candidate, spacing_px * chunk.largest);
         let parts: [PartChoice; 3] = std::array::from_fn(|part| {
             let (first, end) = (ends[part], ends[part + 1]);
             if first == end {
@@ -404,7 +408,7 @@ impl Chooser<'_> {
         }
     }
 
-    /// Keep probability of each part in 1/65536.
+    /// Keep probability of each part in 1/65536; the largest particles are `spacing_px` pixels apart.
     fn keeps(&self, candidate: &Candidate, spacing_px: f32) -> [u32; 3] {
         if self.params.mode == Mode::ErrorBound {
             // The kept ones of a shell are about as far apart as the tolerated error.
@@ -421,7 +425,8 @@ impl Chooser<'_> {
     }
 
     fn grown_radius_px(&self, candidate: &Candidate) -> f32 {
-        0.5 * self.view.diameter_px(self.viewpoint.radius_world, candidate.nearest) * MAX_GROWTH
+        let radius_world = self.viewpoint.radius_world * candidate.chunk.largest;
+        0.5 * self.view.diameter_px(radius_world, candidate.nearest) * MAX_GROWTH
     }
 
     /// Where a part shows, if something may hide it: `None` for what is drawn first.
@@ -433,7 +438,8 @@ impl Chooser<'_> {
             _ => &chunk.buried_bounds,
         };
         let growth = if keep == KeptRange::KEEP_ALL { 1.0 } else { MAX_GROWTH };
-        let silhouette = self.view.silhouette(bounds, self.viewpoint.radius_world * growth)?;
+        let silhouette =
+            self.view.silhouette(bounds, self.viewpoint.radius_world * chunk.largest * growth)?;
         let packed = |tile: [u32; 2]| tile[0] | tile[1] << 16;
         Some(Occludee {
             range: KeptRange { first: 0, count: 0, keep: 0, flags: 0 },

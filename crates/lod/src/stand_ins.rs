@@ -55,38 +55,54 @@ const WIDEST: f64 = 1.5;
 /// Sums over particles, their positions counted from one of them.
 #[derive(Clone, Copy, Default)]
 pub(crate) struct Moments {
-    count: f64,
+    count: usize,
+    /// In those of a particle of the set's own size, which all that follow are weighted by.
+    volume: f64,
     sum: DVec3,
     squares: f64,
+    /// Squares of relative sizes.
+    own: f64,
+}
+
+/// Volumes and radii that half precision holds to all its digits.
+fn is_normal(value: f64) -> bool {
+    (f16::MIN_POSITIVE.to_f64()..=f16::MAX.to_f64()).contains(&value)
 }
 
 impl Moments {
-    /// Adds a particle at `offset` (world units, from whatever all are counted from).
-    pub(crate) fn add(&mut self, offset: Vec3) {
-        let offset = offset.as_dvec3();
-        self.count += 1.0;
-        self.sum += offset;
-        self.squares += offset.length_squared();
+    /// Adds a particle of relative `size` at `offset` (world units, from whatever all are counted from).
+    pub(crate) fn add(&mut self, offset: Vec3, size: f32) {
+        let (offset, size) = (offset.as_dvec3(), f64::from(size));
+        let volume = size * size * size;
+        self.count += 1;
+        self.volume += volume;
+        self.sum += volume * offset;
+        self.squares += volume * offset.length_squared();
+        self.own += volume * size * size;
     }
 
     pub(crate) fn merge(&mut self, other: &Self) {
         self.count += other.count;
+        self.volume += other.volume;
         self.sum += other.sum;
         self.squares += other.squares;
+        self.own += other.own;
     }
 
     /// The sphere for all particles added, `None` for none, or where it would be too wide to stand for a compact group.
     fn stand_in(&self, origin: Vec3, spacing_world: f64, edge_spacings: f32) -> Option<StandIn> {
-        let mean = self.sum / self.count;
-        let variance_per_axis = (self.squares / self.count - mean.length_squared()).max(0.0) / 3.0;
+        let mean = self.sum / self.volume;
+        let variance_per_axis = (self.squares / self.volume - mean.length_squared()).max(0.0) / 3.0;
         let own = OWN_RADIUS_SPACINGS * spacing_world;
-        // A sphere has a fifth of its squared radius as second moment along each axis.
-        let radius = (5.0 * variance_per_axis + own * own).sqrt() * WIDENED;
+        // A sphere has a fifth of its squared radius as second moment along each axis; of particles of several sizes the mean,
+        // weighted by volume, counts.
+        let radius = (5.0 * variance_per_axis + own * own * (self.own / self.volume)).sqrt() * WIDENED;
         let relative = radius / spacing_world;
-        (self.count > 0.0 && relative <= WIDEST * f64::from(edge_spacings)).then(|| StandIn {
+        let is_compact = relative <= WIDEST * f64::from(edge_spacings);
+        (is_compact && is_normal(relative) && is_normal(self.volume)).then(|| StandIn {
             center_world: (origin.as_dvec3() + mean).as_vec3().to_array(),
             packed: u32::from(f16::from_f64(relative).to_bits()) << 16
-                | u32::from(f16::from_f64(self.count).to_bits()),
+                | u32::from(f16::from_f64(self.volume).to_bits()),
         })
     }
 }
@@ -106,7 +122,7 @@ pub(crate) struct Gathering {
 impl Gathering {
     /// Adds the moments of the cell at `code` of the curve, counted from `origin`.
     pub(crate) fn add_cell(&mut self, code: u64, cell: &Moments, origin: Vec3, spacing_world: f64) {
-        if cell.count == 0.0 {
+        if cell.count == 0 {
             return;
         }
         if code >> 3 != self.block_code {
@@ -120,7 +136,7 @@ impl Gathering {
 
     fn end_block(&mut self, origin: Vec3, spacing_world: f64) {
         let block = std::mem::take(&mut self.block);
-        if block.count > 0.0 {
+        if block.count > 0 {
             self.push(Coarseness::Blocks, block, origin, spacing_world);
         }
     }
@@ -137,15 +153,14 @@ impl Gathering {
     pub(crate) fn end(&mut self, origin: Vec3, spacing_world: f64, list: &mut Vec<StandIn>) -> [StandIns; 3] {
         self.end_block(origin, spacing_world);
         let whole = std::mem::take(&mut self.whole);
-        if whole.count > 0.0 {
+        if whole.count > 0 {
             self.push(Coarseness::Whole, whole, origin, spacing_world);
         }
-        let particles = whole.count as usize;
         Coarseness::ALL.map(|coarseness| {
             let level = coarseness as usize;
             let found = std::mem::take(&mut self.found[level]);
             // Those that replace few particles gain nothing, and all lists together must not outgrow the particles.
-            let is_of_use = found.len() * 4 <= particles;
+            let is_of_use = found.len() * 4 <= whole.count;
             if std::mem::take(&mut self.is_spoilt[level]) || !is_of_use {
                 return StandIns::default();
             }

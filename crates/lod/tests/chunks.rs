@@ -3,7 +3,7 @@
 #[allow(dead_code, reason = "shared with the other tests")]
 mod common;
 
-use common::{center, chunked, pool};
+use common::{center, chunked, of_many_sizes, pool, size};
 use glam::{DVec3, Vec3};
 use meniscus_core::{Aabb, ParticleFrame};
 use meniscus_gpu::role::{PackedParticle, StandIn};
@@ -14,8 +14,11 @@ use proptest::prelude::*;
 fn assert_conserved(particles: &[PackedParticle], stand_ins: &[StandIn], spacing: f32) {
     let half = |bits: u32| f64::from(half::f16::from_bits(bits as u16));
     let volume: f64 = stand_ins.iter().map(|s| half(s.packed & 0xffff)).sum();
-    // Whole numbers up to 2048 are exact in half precision, and chunks are smaller.
-    assert_eq!(volume, particles.len() as f64);
+    let volume_of = |p: &PackedParticle| f64::from(size(p)).powi(3);
+    let all: f64 = particles.iter().map(volume_of).sum();
+    // Whole numbers up to 2048 are exact in half precision, and chunks are smaller; others are rounded to 2^-11.
+    let tolerance = if particles.iter().all(|p| size(p) == 1.0) { 0.0 } else { all / 2048.0 };
+    assert!((volume - all).abs() <= tolerance, "{volume} of {all}");
     let moments = |of: &mut dyn Iterator<Item = (DVec3, f64, f64)>| {
         of.fold((DVec3::ZERO, 0.0), |(sum, squares), (center, volume, own)| {
             (sum + center * volume, squares + volume * (center.length_squared() + own))
@@ -24,20 +27,20 @@ fn assert_conserved(particles: &[PackedParticle], stand_ins: &[StandIn], spacing
     let origin = center(&particles[0]).as_dvec3();
     // A sphere's own second moment is 3/5 of its squared radius; particles are counted with the default radius of 0.625
     // spacings, stand-ins without what they are widened by (0.715 / 0.645).
-    let (sum, squares) = moments(
-        &mut particles
-            .iter()
-            .map(|p| (center(p).as_dvec3() - origin, 1.0, 0.6 * (0.625 * f64::from(spacing)).powi(2))),
-    );
+    let (sum, squares) = moments(&mut particles.iter().map(|p| {
+        let radius = 0.625 * f64::from(spacing) * f64::from(size(p));
+        (center(p).as_dvec3() - origin, volume_of(p), 0.6 * radius * radius)
+    }));
     let (sum_of, squares_of) = moments(&mut stand_ins.iter().map(|s| {
         let radius = half(s.packed >> 16) * f64::from(spacing) * 0.645 / 0.715;
         let center = Vec3::from(s.center_world).as_dvec3() - origin;
         (center, half(s.packed & 0xffff), 0.6 * radius * radius)
     }));
-    let n = particles.len() as f64;
+    let n = all;
     let size = (squares / n).sqrt() + origin.length() * 1e-3;
-    // Centres are rounded to f32, radii to half precision, 2^-11 relative, which counts twice in their squares.
-    assert!((sum - sum_of).length() / n < 1e-5 * size, "{sum} {sum_of}");
+    // Centres are rounded to f32, radii to half precision, 2^-11 relative, which counts twice in their squares; so are volumes
+    // that are no whole numbers.
+    assert!((sum - sum_of).length() <= n * 1e-5 * size + tolerance * size, "{sum} {sum_of}");
     assert!((squares - squares_of).abs() / n < 2e-3 * size * size, "{squares} {squares_of}");
 }
 
@@ -48,10 +51,12 @@ fn assert_sound(frame: &ParticleFrame, options: &ChunkOptions, set: &ChunkedSet)
     assert!(sources.iter().copied().eq(0..frame.len() as u32), "a particle is missing or doubled");
     for (particle, &source) in set.particles.iter().zip(&set.attribute_order) {
         assert_eq!(particle.position_world, frame.positions[source as usize]);
+        assert_eq!(size(particle), half::f16::from_f32(frame.size(source as usize)).to_f32());
         if options.identity == Identity::Id {
             let alone = ParticleFrame {
                 positions: vec![particle.position_world],
                 ids: vec![frame.id(source as usize)],
+                sizes: vec![frame.size(source as usize)],
                 ..Default::default()
             };
             assert_eq!(chunks::build(&alone, options).particles[0], *particle, "hash is not of the id");
@@ -74,6 +79,7 @@ fn assert_sound(frame: &ParticleFrame, options: &ChunkOptions, set: &ChunkedSet)
             assert!(part.is_sorted_by_key(|p| p.hash()));
         }
         assert_eq!(chunk.buried_bounds, Aabb::of_points(buried.iter().map(|p| &p.position_world)));
+        assert_eq!(chunk.largest, particles.iter().map(size).fold(0.0, f32::max));
         // One rounding of each of up to a few thousand directions of length 1.
         assert!(chunk.outward.length() <= 1.0 + 1e-4);
         for (part, levels) in [shell, buried].into_iter().zip(&chunk.stand_ins) {
@@ -101,6 +107,42 @@ fn a_pool_with_spray_is_cut_into_compact_chunks() {
     let volume: f32 = set.chunks.iter().filter(in_pool).map(|c| c.bounds.extent().element_product()).sum();
     // The boxes overlap little: together at most twice the pool.
     assert!(volume < 2.0 * 40.0f32.powi(3), "{volume}");
+}
+
+#[test]
+fn particles_of_many_sizes_are_kept_with_their_volumes() {
+    let frame = of_many_sizes(pool([30, 30, 30], 64));
+    let options = ChunkOptions::new(10_000, 1.0);
+    let set = chunks::build(&frame, &options);
+    assert_sound(&frame, &options, &set);
+    assert!(set.has_sizes && set.chunks.iter().any(|chunk| chunk.stand_ins[0][0].count > 0));
+}
+
+#[test]
+fn sizes_that_are_none_are_drawn_as_the_sets_own() {
+    let sizes = vec![f32::NAN, 0.0, -2.0, f32::INFINITY, 1e-9, 0.75];
+    let frame = ParticleFrame { positions: vec![[0.5; 3]; 6], sizes, ..Default::default() };
+    let set = chunked(&frame);
+    let by_source: Vec<f32> = (0..6)
+        .map(|source| {
+            set.attribute_order.iter().position(|&s| s == source).map(|slot| size(&set.particles[slot]))
+        })
+        .map(|found| found.expect("each is there"))
+        .collect();
+    assert_eq!(by_source, [1.0, 1.0, 1.0, 32.0, 0.031_25, 0.75]);
+}
+
+/// As many as in the bulk, but too small to hide what is behind them.
+#[test]
+fn a_cloud_of_small_particles_buries_nothing() {
+    let frame = pool([20, 20, 20], 0);
+    let buried = |size: f32| {
+        let sizes = vec![size; frame.len()];
+        let set = chunked(&ParticleFrame { sizes, ..frame.clone() });
+        set.chunks.iter().map(|chunk| chunk.count - chunk.isolated - chunk.shell).sum::<u32>()
+    };
+    assert!(buried(1.0) > 1000);
+    assert_eq!(buried(0.5), 0);
 }
 
 #[test]

@@ -5,10 +5,10 @@ mod common;
 
 use std::collections::HashMap;
 
-use common::{cameras, center, chunked, kept_slots, pool, random, viewpoint};
+use common::{cameras, center, chunked, kept_slots, of_many_sizes, pool, random, size, viewpoint};
 use glam::Vec3;
 use meniscus_core::{Camera, CameraError, ParticleFrame, Projection};
-use meniscus_gpu::role::KeptRange;
+use meniscus_gpu::role::{KeptRange, PackedParticle};
 use meniscus_lod::select::RANGE_PARTICLES;
 use meniscus_lod::weight::kept;
 use meniscus_lod::{
@@ -62,15 +62,16 @@ fn the_threshold_is_the_kept_fraction() {
 
 #[test]
 fn what_is_kept_stays_kept_under_higher_thresholds() {
-    let set = chunked(&pool([48, 48, 24], 40));
-    for policy in POLICIES {
+    let pool = pool([48, 48, 24], 40);
+    let sets = [chunked(&pool), chunked(&of_many_sizes(pool))];
+    for (set, policy) in sets.iter().flat_map(|set| POLICIES.map(|policy| (set, policy))) {
         for camera in views() {
             let mut before: HashMap<usize, u32> = HashMap::new();
             let close: Vec<f32> =
                 std::iter::successors(Some(0.37f32), |t| Some(t.next_up())).take(4).collect();
             for threshold in [&[0.0, 1e-6, 0.01, 0.2], close.as_slice(), &[0.5, 0.8, 0.999, 1.0]].concat() {
                 let now: HashMap<usize, u32> =
-                    kept_slots(&set, &choose(&set, &camera, &LodParams { policy, ..at(threshold) }))
+                    kept_slots(set, &choose(set, &camera, &LodParams { policy, ..at(threshold) }))
                         .into_iter()
                         .collect();
                 for (slot, keep) in &before {
@@ -97,6 +98,74 @@ fn full_detail_keeps_every_particle_of_the_chunks_in_view_as_it_is() {
             assert_eq!(slots.len() as u64, selection.visible, "a particle is drawn twice");
         }
     }
+}
+
+/// The volume that counts in the thickness is that of the particles in view, whatever their sizes.
+#[test]
+fn particles_of_many_sizes_keep_their_volume() {
+    let set = chunked(&of_many_sizes(pool([48, 48, 24], 40)));
+    let volume = |particle: &PackedParticle| f64::from(size(particle)).powi(3);
+    for policy in POLICIES {
+        // From so far that stand-ins take their places, and all is in view.
+        for camera in cameras(Vec3::new(-300.0, -200.0, 400.0), Vec3::new(24.0, 24.0, 12.0)) {
+            let camera = Camera {
+                projection: match camera.projection {
+                    Projection::Orthographic { .. } => Projection::Orthographic { height_world: 300.0 },
+                    perspective => perspective,
+                },
+                ..camera
+            };
+            let selection = choose(&set, &camera, &LodParams { policy, ..at(0.7) });
+            assert_eq!(selection.visible, set.particles.len() as u64);
+            assert!(!selection.is_uniform_mass && !selection.is_uniform_surface && selection.has_sizes);
+            let [mut found, mut variance] = [0.0; 2];
+            for range in selection.pages.iter().flat_map(|page| &page.mass) {
+                for particle in &set.particles[range.first as usize..][..range.count as usize] {
+                    let kept = kept(particle.packed, range.keep).expect("a kept prefix");
+                    found += volume(particle) * f64::from(kept.weight);
+                    variance += (volume(particle) * f64::from(kept.weight)).powi(2);
+                }
+            }
+            let stand_ins = selection.pages.iter().flat_map(|page| &page.stand_ins);
+            let spheres = stand_ins.flat_map(|r| &set.stand_ins[0][r.first as usize..][..r.count as usize]);
+            found += spheres
+                .map(|sphere| f64::from(half::f16::from_bits((sphere.packed & 0xffff) as u16)))
+                .sum::<f64>();
+            let all: f64 = set.particles.iter().map(volume).sum();
+            // Half a unit in the last place of the stand-ins' volumes, and four deviations of what was left to chance.
+            let tolerance = all / 2048.0 + if policy == Policy::Thesis { 4.0 * variance.sqrt() } else { 0.0 };
+            assert!((found - all).abs() < tolerance, "{policy:?}: {found} of {all} +- {tolerance}");
+        }
+    }
+}
+
+/// Chunks are culled, and tested, with the spheres of their largest particles.
+#[test]
+fn large_particles_show_from_outside_of_the_picture_and_in_front_of_what_hides_others() {
+    let [camera, _] = cameras(Vec3::new(0.0, -20.0, 0.0), Vec3::ZERO);
+    // Twenty away the picture is 17.2 wide to either side.
+    let beside = |size| {
+        let (positions, sizes) = (vec![[22.0, 0.0, 0.0]], vec![size]);
+        let set = chunked(&ParticleFrame { positions, sizes, ..Default::default() });
+        choose(&set, &camera, &at(1.0)).counts.kept
+    };
+    assert_eq!((beside(1.0), beside(16.0)), (0, 1));
+
+    let set = chunked(&of_many_sizes(pool([40, 40, 20], 0)));
+    let mut tested = 0;
+    for camera in views() {
+        let view = camera.view_from_world();
+        let selection = choose(&set, &camera, &at(1.0));
+        for occludee in selection.pages.iter().flat_map(|page| &page.occludees) {
+            let range = occludee.range;
+            for particle in &set.particles[range.first as usize..][..range.count as usize] {
+                let front = -view.transform_point3(center(particle)).z - RADIUS * size(particle);
+                assert!(front >= occludee.front, "{front} in front of {}", occludee.front);
+                tested += 1;
+            }
+        }
+    }
+    assert!(tested > 1000, "{tested}");
 }
 
 #[test]

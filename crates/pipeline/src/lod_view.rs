@@ -58,7 +58,7 @@ type Colour = [f32; 3];
 
 impl Canvas<'_> {
     /// Paints `view` over the picture. `distance`: of the water, per pixel; `reach_world`: how far from its chunk's centres
-    /// the surface may be.
+    /// the surface of particles of size 1 may be.
     pub(crate) fn paint(
         &mut self,
         view: LodView,
@@ -86,7 +86,7 @@ impl Canvas<'_> {
         let scale = |d: f32| if self.camera.is_orthographic() { 1.0 } else { d };
         let mut best = vec![(f32::INFINITY, None); distance.len()];
         for (index, (chunk, _)) in chunks.iter().enumerate().filter(|(_, (_, fate))| is_selected(fate)) {
-            let bounds = chunk.bounds.inflated(reach);
+            let bounds = chunk.bounds.inflated(reach * chunk.largest);
             let corners = bounds.corners().map(|corner| view.transform_point3(corner));
             let (mut low, mut high) = (size, Vec2::ZERO);
             for corner in corners {

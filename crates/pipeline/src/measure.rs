@@ -3,7 +3,7 @@
 use std::collections::HashMap;
 
 use glam::{Vec2, Vec3};
-use meniscus_core::{Aabb, UpAxis};
+use meniscus_core::{Aabb, ParticleFrame, UpAxis};
 use rayon::prelude::*;
 
 /// Particles looked at: quantiles of this many are good to half a percent.
@@ -41,9 +41,9 @@ pub fn robust_bounds(positions: &[[f32; 3]]) -> Aabb {
     Aabb { min: exact.min.max(allowed.min), max: exact.max.min(allowed.max) }
 }
 
-/// How far the particles of `positions` inside `bounds` (world) reach, drawn with `radius_world`, in each of many directions:
-/// points that frame a picture, tighter than the corners of a box.
-pub fn outline(positions: &[[f32; 3]], bounds: Aabb, radius_world: f32) -> Vec<Vec3> {
+/// How far the `particles` inside `bounds` (world) reach, those of size 1 drawn with `radius_world`, in each of many
+/// directions: points that frame a picture, tighter than the corners of a box.
+pub fn outline(particles: &ParticleFrame, bounds: Aabb, radius_world: f32) -> Vec<Vec3> {
     const DIRECTIONS: usize = 96;
     // Points of a sunflower on the sphere: evenly spread.
     let directions: Vec<Vec3> = (0..DIRECTIONS)
@@ -54,40 +54,40 @@ pub fn outline(positions: &[[f32; 3]], bounds: Aabb, radius_world: f32) -> Vec<V
         })
         .collect();
     let furthest = |direction: &Vec3| {
-        let inside = |p: &&[f32; 3]| {
-            Vec3::from(**p).cmpge(bounds.min).all() && Vec3::from(**p).cmple(bounds.max).all()
-        };
-        let reach = |p: &[f32; 3]| Vec3::from(*p).dot(*direction);
-        let stride = positions.len().div_ceil(10 * SAMPLES).max(1);
-        positions
-            .iter()
+        let inside = |(p, _): &(Vec3, f32)| p.cmpge(bounds.min).all() && p.cmple(bounds.max).all();
+        // Added to what is the same for all, so that without sizes it is nothing.
+        let reach = |&(p, size): &(Vec3, f32)| p.dot(*direction) + (size - 1.0) * radius_world;
+        let stride = particles.len().div_ceil(10 * SAMPLES).max(1);
+        (0..particles.len())
             .step_by(stride)
+            .map(|i| (Vec3::from(particles.positions[i]), particles.size(i)))
             .filter(inside)
             .max_by(|a, b| reach(a).total_cmp(&reach(b)))
-            .map(|&p| Vec3::from(p) + *direction * radius_world)
+            .map(|(p, size)| p + *direction * (size * radius_world))
     };
     directions.par_iter().filter_map(furthest).collect()
 }
 
-/// Median depth of the water over the ground it covers, world: particles times their volume over the area of a column,
-/// columns being four spacings wide.
-pub fn column_depth(positions: &[[f32; 3]], up: UpAxis, spacing_world: f32) -> f32 {
+/// Median depth of the water over the ground it covers, world: the volume of particles over the area of a column, columns
+/// being four spacings wide. Those of size 1 are `spacing_world` apart.
+pub fn column_depth(particles: &ParticleFrame, up: UpAxis, spacing_world: f32) -> f32 {
     const WIDTH_IN_SPACINGS: f32 = 4.0;
     let width = spacing_world * WIDTH_IN_SPACINGS;
     let (a, b) = ((up.index() + 1) % 3, (up.index() + 2) % 3);
     // A sample of millions keeps the median of the columns within a few percent.
-    let stride = positions.len().div_ceil(10 * SAMPLES);
-    let mut columns: HashMap<(i32, i32), u32> = HashMap::new();
-    for p in positions.iter().step_by(stride.max(1)) {
-        *columns.entry(((p[a] / width).floor() as i32, (p[b] / width).floor() as i32)).or_default() += 1;
+    let stride = particles.len().div_ceil(10 * SAMPLES);
+    let mut columns: HashMap<(i32, i32), f64> = HashMap::new();
+    for (i, p) in particles.positions.iter().enumerate().step_by(stride.max(1)) {
+        let column = ((p[a] / width).floor() as i32, (p[b] / width).floor() as i32);
+        *columns.entry(column).or_default() += f64::from(particles.size(i)).powi(3);
     }
-    let mut counts: Vec<u32> = columns.into_values().collect();
-    if counts.is_empty() {
+    let mut volumes: Vec<f64> = columns.into_values().collect();
+    if volumes.is_empty() {
         return 0.0;
     }
-    let middle = counts.len() / 2;
-    let (_, &mut median, _) = counts.select_nth_unstable(middle);
-    (median as usize * stride) as f32 * spacing_world / (WIDTH_IN_SPACINGS * WIDTH_IN_SPACINGS)
+    let middle = volumes.len() / 2;
+    let (_, &mut median, _) = volumes.select_nth_unstable_by(middle, f64::total_cmp);
+    (median * stride as f64) as f32 * spacing_world / (WIDTH_IN_SPACINGS * WIDTH_IN_SPACINGS)
 }
 
 #[cfg(test)]
@@ -104,6 +104,19 @@ mod tests {
             }
         }
         points
+    }
+
+    fn of_one_size(positions: Vec<[f32; 3]>) -> ParticleFrame {
+        ParticleFrame { positions, ..Default::default() }
+    }
+
+    #[test]
+    fn a_large_particle_reaches_far_out_of_the_outline() {
+        let (positions, sizes) = (vec![[0.0; 3], [0.5, 0.0, 0.0]], vec![4.0, 1.0]);
+        let particles = ParticleFrame { positions, sizes, ..Default::default() };
+        let found = outline(&particles, particles.bounds(), 0.25);
+        // All directions are nearer to those of the large sphere of radius 1, which holds the other.
+        assert!(found.iter().all(|p| (p.length() - 1.0).abs() < 1e-5));
     }
 
     #[test]
@@ -145,7 +158,8 @@ mod tests {
             .map(|p| (Vec3::from(p) - 1.0).to_array())
             .filter(|p| Vec3::from(*p).length() < 1.0)
             .collect();
-        let outline = outline(&ball, Aabb::of_points(&ball), 0.25);
+        let bounds = Aabb::of_points(&ball);
+        let outline = outline(&of_one_size(ball), bounds, 0.25);
         assert!(outline.iter().all(|p| (1.15..1.25).contains(&p.length())));
         // What is cut off a ball by planes at its 96 furthest points is less than a tenth of its radius.
         for direction in [Vec3::X, Vec3::NEG_Z, Vec3::ONE.normalize(), Vec3::new(0.3, -0.7, 0.2).normalize()]
@@ -159,15 +173,20 @@ mod tests {
     fn the_depth_of_a_box_is_its_depth() {
         // Multiples of the column width, so that no column is cut.
         let points = lattice([16, 16, 12], 0.1);
-        let depth = column_depth(&points, UpAxis::Z, 0.1);
+        let depth = column_depth(&of_one_size(points.clone()), UpAxis::Z, 0.1);
         assert!((depth - 1.2).abs() < 1e-5, "{depth}");
-        let depth = column_depth(&points, UpAxis::X, 0.1);
+        let depth = column_depth(&of_one_size(points.clone()), UpAxis::X, 0.1);
         assert!((depth - 1.6).abs() < 1e-5, "{depth}");
-        assert_eq!(column_depth(&[], UpAxis::X, 0.1), 0.0);
+        assert_eq!(column_depth(&ParticleFrame::default(), UpAxis::X, 0.1), 0.0);
         // A tower on a quarter of the ground is not how deep the water is.
-        let mut tower = points;
+        let mut tower = points.clone();
         tower.extend(lattice([8, 8, 40], 0.1).into_iter().map(|[x, y, z]| [x, y, z + 1.2]));
-        let depth = column_depth(&tower, UpAxis::Z, 0.1);
+        let depth = column_depth(&of_one_size(tower), UpAxis::Z, 0.1);
         assert!((depth - 1.2).abs() < 1e-5, "{depth}");
+        // Half as far apart is an eighth of the volume.
+        let sizes = vec![0.5; points.len()];
+        let fine = ParticleFrame { positions: points, sizes, ..Default::default() };
+        let depth = column_depth(&fine, UpAxis::Z, 0.1);
+        assert!((depth - 0.15).abs() < 1e-5, "{depth}");
     }
 }

@@ -565,7 +565,9 @@ fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, selection: &Selecti
         volume_world: (world.space().spacing as f32).powi(3),
         radii: if selection.is_uniform_surface {
             Radii::Equal
-        } else if selection.least_keep as f32 >= GROWS_BELOW * KeptRange::KEEP_ALL as f32 {
+        } else if !selection.has_sizes
+            && selection.least_keep as f32 >= GROWS_BELOW * KeptRange::KEEP_ALL as f32
+        {
             Radii::Fading
         } else {
             Radii::Different

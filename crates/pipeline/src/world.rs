@@ -167,12 +167,11 @@ impl Measured {
     fn of(frame: &SetFrame, space: &SeriesSpace, quantity: Option<&Quantity>) -> Self {
         let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
         let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
-        let outline =
-            drawn().flat_map(|set| outline(&set.particles.positions, bounds, space.radius as f32)).collect();
+        let outline = drawn().flat_map(|set| outline(&set.particles, bounds, space.radius as f32)).collect();
         let spacing = space.spacing as f32;
         let depth = drawn()
             .filter(|set| set.look == Look::Water)
-            .map(|set| column_depth(&set.particles.positions, space.up, spacing))
+            .map(|set| column_depth(&set.particles, space.up, spacing))
             .reduce(f32::max);
         let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
         Self { bounds, outline, depth, values }

@@ -239,12 +239,13 @@ fn moved(ends: Ends<'_>, pairs: &Pairs, motion: &Motion<'_>, flaws: &mut Flaws) 
         ids.extend(pairs.only_to.iter().map(|&j| ends.to.ids[j as usize]));
     }
     let attributes = attributes_between(ends.from, ends.to, pairs, share);
+    let sizes = sizes_between(ends.from, ends.to, pairs, share);
     let unmatched =
         pairs.only_from.len() + pairs.only_to.len() + jumps.iter().filter(|jumps| **jumps).count();
     if unmatched as f64 > MANY * positions.len() as f64 {
         flaws.add(Flaw::ParticlesComeAndGo);
     }
-    ParticleFrame { positions, ids, attributes }
+    ParticleFrame { positions, ids, attributes, sizes }
 }
 
 /// The attributes that both frames have, of the particles in the order of [`moved`].
@@ -253,19 +254,44 @@ fn attributes_between(from: &ParticleFrame, to: &ParticleFrame, pairs: &Pairs, s
         let is_same = |to: &&Attribute| to.name == from.name && to.components == from.components;
         let to = to.attributes.iter().find(is_same)?;
         let components = from.components;
-        let (share, is_early) = (share as f32, share < 0.5);
         let of = |attribute: &Attribute, particle: u32, c: usize| {
             attribute.values[particle as usize * components + c]
         };
-        let both = pairs.both.par_iter().flat_map_iter(|&(i, j)| {
-            (0..components).map(move |c| of(from, i, c) * (1.0 - share) + of(to, j, c) * share)
-        });
-        let mut values: Vec<f32> = both.collect();
-        let (rest, only) = if is_early { (from, &pairs.only_from) } else { (to, &pairs.only_to) };
-        values.extend(only.iter().flat_map(|&particle| (0..components).map(move |c| of(rest, particle, c))));
+        let values = blended(pairs, share, components, |i, c| of(from, i, c), |j, c| of(to, j, c));
         Some(Attribute { name: from.name.clone(), components, values })
     };
     from.attributes.iter().filter_map(blend).collect()
+}
+
+/// The sizes of the particles in the order of [`moved`]; empty where neither frame has any.
+fn sizes_between(from: &ParticleFrame, to: &ParticleFrame, pairs: &Pairs, share: f64) -> Vec<f32> {
+    if from.sizes.is_empty() && to.sizes.is_empty() {
+        return Vec::new();
+    }
+    blended(pairs, share, 1, |i, _| from.size(i as usize), |j, _| to.size(j as usize))
+}
+
+/// `components` numbers of each particle in the order of [`moved`], from those of a particle in either frame.
+fn blended(
+    pairs: &Pairs,
+    share: f64,
+    components: usize,
+    from: impl Fn(u32, usize) -> f32 + Sync,
+    to: impl Fn(u32, usize) -> f32 + Sync,
+) -> Vec<f32> {
+    let (from, to) = (&from, &to);
+    let (share, is_early) = (share as f32, share < 0.5);
+    let both = pairs
+        .both
+        .par_iter()
+        .flat_map_iter(|&(i, j)| (0..components).map(move |c| from(i, c) * (1.0 - share) + to(j, c) * share));
+    let mut values: Vec<f32> = both.collect();
+    if is_early {
+        values.extend(pairs.only_from.iter().flat_map(|&i| (0..components).map(move |c| from(i, c))));
+    } else {
+        values.extend(pairs.only_to.iter().flat_map(|&j| (0..components).map(move |c| to(j, c))));
+    }
+    values
 }
 
 #[cfg(test)]
@@ -292,6 +318,7 @@ mod tests {
             positions: ids.iter().map(|&id| at(id, time)).collect(),
             ids: ids.to_vec(),
             attributes: attributes.into_iter().collect(),
+            ..Default::default()
         };
         let water = ParticleSet { name: "water".into(), look: Look::Water, particles };
         SetFrame { sets: vec![water], ..Default::default() }
@@ -392,6 +419,24 @@ mod tests {
                 assert!((x - expected).abs() < 1e-3 || (x - expected + 100.0).abs() < 1e-3, "{id}: {x}");
             }
         }
+    }
+
+    #[test]
+    fn sizes_go_with_their_particles() {
+        let mut before = frame(&[1, 2, 3], 0.0, flight, None);
+        let mut after = frame(&[4, 3, 1], 1.0, flight, None);
+        let sizes = |share| between(&before, &after, &motion(share, 1.0)).sets[0].particles.sizes.clone();
+        assert!(sizes(0.25).is_empty());
+        before.sets[0].particles.sizes = vec![1.0, 2.0, 3.0];
+        after.sets[0].particles.sizes = vec![0.5, 3.0, 2.0];
+        let of = |share| {
+            let middle = between(&before, &after, &motion(share, 1.0)).sets.remove(0).particles;
+            let mut of: Vec<(u64, f32)> = middle.ids.into_iter().zip(middle.sizes).collect();
+            of.sort_by_key(|(id, _)| *id);
+            of
+        };
+        assert_eq!(of(0.25), [(1, 1.25), (2, 2.0), (3, 3.0)]);
+        assert_eq!(of(0.75), [(1, 1.75), (3, 3.0), (4, 0.5)]);
     }
 
     #[test]

@@ -193,7 +193,7 @@ mod tests {
             let particles = ParticleFrame {
                 positions: vec![[TIMES[index] as f32, 0.0, 0.0]],
                 ids: vec![7],
-                attributes: vec![],
+                ..Default::default()
             };
             let set = ParticleSet { name: "water".into(), look: Look::Water, particles };
             let read = Some(FrameRead { bytes: 10, particles: 1 });

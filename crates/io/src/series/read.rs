@@ -146,7 +146,8 @@ impl Reader<'_> {
             let values = frame.values(attribute, &ToF32, self.cancel)?;
             attributes.push(Attribute { name: name.clone(), components: attribute.components, values });
         }
-        let mut all = ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes };
+        let mut all =
+            ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes, ..Default::default() };
         let broken = all.positions.par_iter().filter(|p| !is_finite(p)).count();
         if broken > 0 {
             self.dropped += broken as u64;

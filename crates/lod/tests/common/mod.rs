@@ -29,6 +29,18 @@ pub fn pool(side: [usize; 3], spray: usize) -> ParticleFrame {
     ParticleFrame { positions, ..Default::default() }
 }
 
+/// `frame` with particles of half to twice the set's own size, in numbers that half precision holds as they are.
+pub fn of_many_sizes(frame: ParticleFrame) -> ParticleFrame {
+    let mut random = random(11);
+    let sizes = frame.positions.iter().map(|_| [0.5, 1.0, 1.5, 2.0][(random() * 4.0) as usize]).collect();
+    ParticleFrame { sizes, ..frame }
+}
+
+/// Size of a particle, relative to the set's own.
+pub fn size(particle: &PackedParticle) -> f32 {
+    half::f16::from_bits((particle.packed >> 16) as u16).to_f32()
+}
+
 /// One page, default chunks, spacing 1.
 pub fn chunked(frame: &ParticleFrame) -> ChunkedSet {
     chunks::build(frame, &ChunkOptions::new(1 << 23, 1.0))

@@ -85,53 +85,91 @@ impl Scene {
         params: &SsfrParams,
         frames: usize,
     ) -> (Frame, Vec<meniscus_core::StageCost>) {
-        let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), params).unwrap();
-        let images = SurfaceImages::new(gpu, self.size, params).unwrap();
-        let particles = Buffer::<Particles>::from_slice(gpu, &self.particles).unwrap();
-        let front = RangeList::from_slice(gpu, &self.ranges).unwrap();
-        let occludees = Buffer::<Occludees>::from_slice(gpu, &self.occludees).unwrap();
+        render_together(gpu, &[self], params, frames)
+    }
+}
+
+/// Renders the sets of `scenes` in one picture, with the camera and the surroundings of the first, `frames` times; costs of the
+/// last.
+pub fn render_together(
+    gpu: &Gpu,
+    scenes: &[&Scene],
+    params: &SsfrParams,
+    frames: usize,
+) -> (Frame, Vec<meniscus_core::StageCost>) {
+    let &[first, ..] = scenes else { panic!("nothing to render") };
+    let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), params).unwrap();
+    let images = SurfaceImages::new(gpu, first.size, params).unwrap();
+    let scene_distance = Texture::<SceneDistance>::new(gpu, first.size).unwrap();
+    scene_distance.write(gpu, bytes_of(&first.scene_distance));
+    let uploaded: Vec<Uploaded> = scenes.iter().map(|scene| Uploaded::new(gpu, scene)).collect();
+    let pages: Vec<[SplatInput<'_>; 1]> = uploaded.iter().map(|set| [set.page()]).collect();
+    let sets: Vec<SplatSet<'_>> = std::iter::zip(scenes, &pages)
+        .map(|(scene, pages)| SplatSet {
+            pages,
+            radius_world: scene.radius,
+            volume_world: scene.spacing.powi(3),
+            radii: scene.radii,
+            is_uniform_mass: scene.radii == Radii::Equal,
+        })
+        .collect();
+    let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
+    let mut costs = Vec::new();
+    for _ in 0..frames {
+        let camera = recorder.uniform(&first.uniform());
+        stage.record(&mut recorder, gpu, &camera, &sets, &scene_distance, &images);
+        let _ = recorder.submit(gpu).unwrap();
+        gpu.wait().unwrap();
+        costs = recorder.take_costs(gpu);
+    }
+    let frame = Frame {
+        size: first.size,
+        unfiltered: images.unfiltered.read(gpu).unwrap(),
+        distance: images.distance.read(gpu).unwrap(),
+        radius: images.radius.read(gpu).unwrap(),
+        thickness: images.thickness.read(gpu).unwrap(),
+        normal: images.normal.read(gpu).unwrap(),
+    };
+    (frame, costs)
+}
+
+/// A scene's set on the GPU.
+struct Uploaded {
+    particles: Buffer<Particles>,
+    front: RangeList,
+    occludees: Buffer<Occludees>,
+    visible: RangeList,
+    mass: RangeList,
+    spheres: Buffer<StandIns>,
+    of_spheres: RangeList,
+}
+
+impl Uploaded {
+    fn new(gpu: &Gpu, scene: &Scene) -> Self {
         let mut visible = RangeList::new(gpu).unwrap();
-        visible.reserve(gpu, self.occludees.len()).unwrap();
-        let tested = self.occludees.iter().map(|occludee| occludee.range);
-        let all: Vec<KeptRange> = self.ranges.iter().copied().chain(tested).collect();
-        let mass = RangeList::from_slice(gpu, &all).unwrap();
-        let spheres = Buffer::<StandIns>::from_slice(gpu, &self.stand_ins).unwrap();
-        let of_spheres = ranges_of(self.stand_ins.len(), KeptRange::KEEP_ALL);
-        let of_spheres = RangeList::from_slice(gpu, &of_spheres).unwrap();
-        let scene_distance = Texture::<SceneDistance>::new(gpu, self.size).unwrap();
-        scene_distance.write(gpu, bytes_of(&self.scene_distance));
-        let pages = [SplatInput {
-            particles: &particles,
-            front: &front,
-            tested: Some(Tested { occludees: &occludees, visible: &visible }),
-            mass: &mass,
-            stand_ins: Some((&spheres, &of_spheres)),
-        }];
-        let set = SplatSet {
-            pages: &pages,
-            radius_world: self.radius,
-            volume_world: self.spacing.powi(3),
-            radii: self.radii,
-            is_uniform_mass: self.radii == Radii::Equal,
-        };
-        let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
-        let mut costs = Vec::new();
-        for _ in 0..frames {
-            let camera = recorder.uniform(&self.uniform());
-            stage.record(&mut recorder, gpu, &camera, &[set], &scene_distance, &images);
-            let _ = recorder.submit(gpu).unwrap();
-            gpu.wait().unwrap();
-            costs = recorder.take_costs(gpu);
+        visible.reserve(gpu, scene.occludees.len()).unwrap();
+        let tested = scene.occludees.iter().map(|occludee| occludee.range);
+        let all: Vec<KeptRange> = scene.ranges.iter().copied().chain(tested).collect();
+        let of_spheres = ranges_of(scene.stand_ins.len(), KeptRange::KEEP_ALL);
+        Self {
+            particles: Buffer::from_slice(gpu, &scene.particles).unwrap(),
+            front: RangeList::from_slice(gpu, &scene.ranges).unwrap(),
+            occludees: Buffer::from_slice(gpu, &scene.occludees).unwrap(),
+            visible,
+            mass: RangeList::from_slice(gpu, &all).unwrap(),
+            spheres: Buffer::from_slice(gpu, &scene.stand_ins).unwrap(),
+            of_spheres: RangeList::from_slice(gpu, &of_spheres).unwrap(),
         }
-        let frame = Frame {
-            size: self.size,
-            unfiltered: images.unfiltered.read(gpu).unwrap(),
-            distance: images.distance.read(gpu).unwrap(),
-            radius: images.radius.read(gpu).unwrap(),
-            thickness: images.thickness.read(gpu).unwrap(),
-            normal: images.normal.read(gpu).unwrap(),
-        };
-        (frame, costs)
+    }
+
+    fn page(&self) -> SplatInput<'_> {
+        SplatInput {
+            particles: &self.particles,
+            front: &self.front,
+            tested: Some(Tested { occludees: &self.occludees, visible: &self.visible }),
+            mass: &self.mass,
+            stand_ins: Some((&self.spheres, &self.of_spheres)),
+        }
     }
 }
 
