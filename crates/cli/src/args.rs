@@ -125,6 +125,11 @@ pub struct InputArgs {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = crate::values::positive)]
     pub radius: Option<f64>,
 
+    /// Attribute that says how large each particle is (radius, diameter, volume, mass, smoothing length), or none: all are alike
+    /// [default: one that varies, if that is sure].
+    #[arg(long, value_name = "NAME|none")]
+    pub radius_by: Option<String>,
+
     /// A named particle set and how it is drawn (water, solid, spheres, hidden); PATTERN is an expression as in --where.
     #[arg(long = "set", value_name = "NAME=PATTERN[:LOOK]")]
     pub sets: Vec<String>,

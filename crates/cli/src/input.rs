@@ -16,6 +16,7 @@ pub fn open(args: &InputArgs, cancel: &Cancel) -> Result<Series, Failure> {
         sets,
         spacing: args.spacing,
         radius: args.radius,
+        radius_by: args.radius_by.clone(),
         up: args.up.axis(),
         metres_per_unit: args.unit.map(|unit| unit.0),
         every: args.every,

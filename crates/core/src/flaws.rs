@@ -11,6 +11,13 @@ pub enum Flaw {
         /// How many.
         count: u64,
     },
+    /// Particles whose stated size is missing, no number above 0 or out of range.
+    SizesReplaced {
+        /// Name of the attribute that states sizes.
+        attribute: String,
+        /// How many.
+        count: u64,
+    },
     /// A software adapter drew the picture although the machine has a GPU.
     SoftwareAdapter {
         /// What was found and how to fix it.
@@ -78,6 +85,11 @@ impl fmt::Display for Flaw {
             Self::NonFiniteDropped { count } => {
                 write!(f, "{count} points with NaN or infinite coordinates were dropped")
             }
+            Self::SizesReplaced { attribute, count } => write!(
+                f,
+                "{count} particles have no size, or one beyond 1/32 to 32 times the usual, in {attribute:?}; they are drawn as \
+                 usual, or with that limit. --radius-by chooses another attribute, or none"
+            ),
             Self::SoftwareAdapter { advice } => {
                 write!(f, "a software adapter draws although this machine has a GPU: {advice}")
             }

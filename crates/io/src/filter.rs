@@ -63,11 +63,6 @@ impl Filter {
         Self { every: 1, region: None, keep_ghosts: self.keep_ghosts }
     }
 
-    /// How many points each one taken stands for.
-    pub fn every(&self) -> u64 {
-        self.every
-    }
-
     /// Looks at `frame` as far as it takes to filter its blocks; `None` where all points are taken.
     pub fn of<'a>(&self, frame: &'a FrameData, cancel: &Cancel) -> Result<Option<FrameFilter<'a>>, Error> {
         let not_ghosts = self.without_ghosts(frame, cancel)?;

@@ -16,6 +16,8 @@ pub struct SeriesOptions {
     pub spacing: Option<f64>,
     /// Radius drawn, file units, > 0.
     pub radius: Option<f64>,
+    /// Name of the attribute that states each particle's radius, or another measure of its size; `none`: all are alike.
+    pub radius_by: Option<String>,
     /// The file axis that points up.
     pub up: Option<UpAxis>,
     /// Metres per file unit, > 0.

@@ -5,4 +5,5 @@ mod colors;
 mod coordinates;
 mod detail;
 mod playback;
+mod sizes;
 mod thickness;

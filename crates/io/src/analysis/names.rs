@@ -6,7 +6,10 @@ pub(crate) const PRESSURE: &[&str] = &["pressure", "p", "press", "pres"];
 pub(crate) const VELOCITY: &[&str] = &["velocity", "v", "vel", "u", "velocities"];
 pub(crate) const DENSITY: &[&str] = &["density", "rho", "rhop", "dens"];
 pub(crate) const MASS: &[&str] = &["mass", "m"];
-pub(crate) const RADIUS: &[&str] = &["radius", "r"];
+pub(crate) const RADIUS: &[&str] = &["radius", "particle_radius", "particleradius", "radii", "rad", "r"];
+pub(crate) const DIAMETER: &[&str] = &["diameter", "particle_diameter", "particlediameter", "diam", "d"];
+pub(crate) const VOLUME: &[&str] = &["volume", "particle_volume", "particlevolume", "vol"];
+pub(crate) const SMOOTHING_LENGTH: &[&str] = &["smoothing_length", "smoothinglength", "hsml", "h"];
 /// Kinds of particles.
 pub(crate) const KIND: &[&str] = &[
     "type",

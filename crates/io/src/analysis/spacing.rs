@@ -33,12 +33,12 @@ pub(crate) struct Estimate {
     pub doubt: Option<String>,
 }
 
-/// Estimates the spacing of `points`, all finite; `flat_axis` has no extent.
-pub(crate) fn estimate(points: &Subset<'_>, flat_axis: Option<usize>) -> Estimate {
+/// Estimates the spacing of `points`, all finite, at those of them that are in `at`; `flat_axis` has no extent.
+pub(crate) fn estimate(points: &Subset<'_>, at: &Subset<'_>, flat_axis: Option<usize>) -> Estimate {
     let [cheap, thorough] = EFFORTS;
-    match attempt(points, flat_axis, &cheap) {
+    match attempt(points, at, flat_axis, &cheap) {
         Some(estimate) if estimate.doubt.is_none() => estimate,
-        _ => attempt(points, flat_axis, &thorough).unwrap_or_else(|| guess(points)),
+        _ => attempt(points, at, flat_axis, &thorough).unwrap_or_else(|| guess(points)),
     }
 }
 
@@ -67,9 +67,14 @@ fn guess(points: &Subset<'_>) -> Estimate {
 }
 
 /// `None` when the particles have no neighbours.
-fn attempt(points: &Subset<'_>, flat_axis: Option<usize>, effort: &Effort) -> Option<Estimate> {
+fn attempt(
+    points: &Subset<'_>,
+    at: &Subset<'_>,
+    flat_axis: Option<usize>,
+    effort: &Effort,
+) -> Option<Estimate> {
     let dimensions = if flat_axis.is_some() { 2 } else { 3 };
-    let samples: Vec<[f32; 3]> = sample(points, effort.samples).collect();
+    let samples: Vec<[f32; 3]> = sample(at, effort.samples).collect();
     let mut guess = occupied_spacing(points, flat_axis)?;
     for _ in 0..8 {
         let reach = 1.1 * SUPPORT * guess;
@@ -239,7 +244,7 @@ mod tests {
     use super::*;
 
     fn estimate(points: &[[f32; 3]], flat_axis: Option<usize>) -> Estimate {
-        super::estimate(&Subset::all(points), flat_axis)
+        super::estimate(&Subset::all(points), &Subset::all(points), flat_axis)
     }
 
     /// Numbers in [0, 1), deterministic (Weyl sequence through a mixing step).

@@ -2,6 +2,7 @@
 
 use meniscus_core::{Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, SpacingSource};
 
+use super::sizes::Sizes;
 use super::survey::choice;
 use super::view::View;
 use crate::analysis::{names, spacing};
@@ -33,12 +34,12 @@ struct Radius {
 /// Factor between the spacing by density and twice the file's radius beyond which the radius is believed.
 const MAX_DISAGREEMENT: f64 = 2.0;
 
-/// Chooses what `options` leave open. `walls` marks particles that do not count.
+/// Chooses what `options` leave open, for particles of the usual one of `sizes`. `walls` marks particles that do not count.
 pub(super) fn choose(
     view: &View,
     walls: Option<&[bool]>,
+    sizes: Option<&Sizes>,
     options: &SeriesOptions,
-    every: u64,
     choices: &mut Vec<Choice>,
     flaws: &mut Flaws,
     cancel: &Cancel,
@@ -46,7 +47,7 @@ pub(super) fn choose(
     let (spacing, spacing_source, stated) = match options.spacing {
         Some(spacing) => (spacing, SpacingSource::User, None),
         None => {
-            let chosen = choose_spacing(view, walls, every, flaws, cancel)?;
+            let chosen = choose_spacing(view, walls, sizes, options.every.unwrap_or(1), flaws, cancel)?;
             choices.push(choice("spacing", format!("{:.6}", chosen.value), chosen.reason, "--spacing"));
             (chosen.value, chosen.source, chosen.radius)
         }
@@ -68,16 +69,25 @@ pub(super) fn choose(
 fn choose_spacing(
     view: &View,
     walls: Option<&[bool]>,
-    every: u64,
+    sizes: Option<&Sizes>,
+    every: u32,
     flaws: &mut Flaws,
     cancel: &Cancel,
 ) -> Result<Spacing, Error> {
     let flat_axis = view.flat_axis();
     let sample = view.sample(walls);
-    let estimate = spacing::estimate(&view.liquid(walls), flat_axis);
+    let liquid = view.liquid(walls);
+    let estimate = match sizes.map(|sizes| sizes.usual(view, cancel)).transpose()?.flatten() {
+        Some(usual) => {
+            let is_left_out = |i: usize| walls.is_some_and(|walls| walls[i]);
+            let left_out: Vec<bool> = usual.iter().enumerate().map(|(i, is)| !is || is_left_out(i)).collect();
+            spacing::estimate(&liquid, &view.liquid(Some(&left_out)), flat_axis)
+        }
+        None => spacing::estimate(&liquid, &liquid, flat_axis),
+    };
     let dimensions = if flat_axis.is_some() { 2.0 } else { 3.0 };
     // What the file states is of all its particles; each one taken stands for several. The estimate sees only those taken.
-    let thinned = (every as f64).powf(1.0 / dimensions);
+    let thinned = f64::from(every).powf(1.0 / dimensions);
     let by_mass = from_mass(view, &sample, dimensions, cancel)?.map(|spacing| spacing * thinned);
     let mass = |value| Spacing {
         value,

@@ -9,6 +9,7 @@ mod parts;
 mod read;
 mod selections;
 pub(crate) mod sets;
+mod sizes;
 mod survey;
 mod times;
 mod view;
@@ -29,6 +30,7 @@ use crate::{Error, SeriesOptions, Sink};
 
 pub use self::follow::Follow;
 use self::growth::Place;
+use self::sizes::Sizes;
 
 /// A series of frames on disk, or a single file as a series of one.
 ///
@@ -46,6 +48,7 @@ pub struct Series {
     bytes_per_file_byte: f64,
     has_ids: bool,
     velocity: Option<String>,
+    sizes: Option<Sizes>,
 }
 
 impl Series {
@@ -79,6 +82,7 @@ impl Series {
             bytes_per_file_byte: survey.bytes_per_file_byte,
             has_ids: survey.has_ids,
             velocity: survey.velocity,
+            sizes: survey.sizes,
         })
     }
 
@@ -125,6 +129,12 @@ impl Series {
     /// Name of the attribute that holds the velocities, three numbers a particle, where there is one.
     pub fn velocity(&self) -> Option<&str> {
         self.velocity.as_deref()
+    }
+
+    /// Name of the attribute that states the sizes of particles, where they differ: frames then have
+    /// [`sizes`](meniscus_core::ParticleFrame::sizes).
+    pub fn radius_by(&self) -> Option<&str> {
+        self.sizes.as_ref().map(Sizes::name)
     }
 
     /// The files of frame `index`; none when there is no such frame.

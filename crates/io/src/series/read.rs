@@ -8,6 +8,7 @@ use meniscus_core::{
 use rayon::prelude::*;
 
 use super::sets::{Assignment, NO_SET, SetSource};
+use super::sizes::Sizes;
 use super::{Series, companions, origin_of};
 use crate::Error;
 use crate::array::check;
@@ -36,10 +37,12 @@ fn read_once(
     let step = series.step(index)?;
     let frame = FrameData::open(&step, series.sets.io_mode, cancel)?;
     let origin = origin_of(series.space.origin);
-    let mut reader = Reader { origin, cancel, dropped: 0 };
+    let mut reader = Reader { sizes: series.sizes.as_ref(), origin, cancel, dropped: 0, sizes_replaced: 0 };
     let assignment = Assignment::new(&series.sets, &frame, cancel)?;
     let mut particles = reader.sets(&frame, assignment.as_ref(), series.sets.len(), request)?;
     frame.check_unchanged()?;
+    // Those of files beside the water have no common measure with it.
+    reader.sizes = None;
     let mut files = step.files.clone();
     let mut taken = FrameRead { bytes: frame.bytes_read(), particles: frame.points as u64 };
     for (set, plan) in particles.iter_mut().zip(series.sets.iter()) {
@@ -79,7 +82,8 @@ pub(super) fn read_coarse(
     if frame.is_text() || frame.points / COARSE_RUN < share {
         return Ok(None);
     }
-    let mut reader = Reader { origin: origin_of(series.space.origin), cancel, dropped: 0 };
+    let origin = origin_of(series.space.origin);
+    let mut reader = Reader { sizes: series.sizes.as_ref(), origin, cancel, dropped: 0, sizes_replaced: 0 };
     let assignment = Assignment::new(&series.sets, &frame, cancel)?;
     let runs = frame.blocks_of(COARSE_RUN).step_by(share);
     let particles = reader.shared_out(&frame, assignment.as_ref(), runs, series.sets.len(), request)?;
@@ -91,10 +95,14 @@ pub(super) fn read_coarse(
 
 /// Reads frames into sets.
 struct Reader<'a> {
+    /// What states the sizes of particles.
+    sizes: Option<&'a Sizes>,
     origin: [f64; 3],
     cancel: &'a Cancel,
     /// Points left out because their coordinates are not finite.
     dropped: u64,
+    /// Particles without a size that can be drawn, where sizes are stated.
+    sizes_replaced: u64,
 }
 
 impl Reader<'_> {
@@ -111,6 +119,12 @@ impl Reader<'_> {
         let mut flaws = Flaws::default();
         if self.dropped > 0 {
             flaws.add(Flaw::NonFiniteDropped { count: self.dropped });
+        }
+        if let Some(sizes) = &series.sizes
+            && self.sizes_replaced > 0
+        {
+            let (attribute, count) = (sizes.name().to_owned(), self.sizes_replaced);
+            flaws.add(Flaw::SizesReplaced { attribute, count });
         }
         let sets = std::iter::zip(particles, series.sets.iter())
             .map(|(particles, plan)| ParticleSet { name: plan.name.clone(), look: plan.look, particles })
@@ -146,14 +160,28 @@ impl Reader<'_> {
             let values = frame.values(attribute, &ToF32, self.cancel)?;
             attributes.push(Attribute { name: name.clone(), components: attribute.components, values });
         }
-        let mut all =
-            ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes, ..Default::default() };
+        let stated = self.sizes.and_then(|sizes| sizes.find_in(frame));
+        let stated = stated.map(|attribute| frame.values(attribute, &ToF32, self.cancel)).transpose()?;
+        let sizes = self.relative(stated, positions.len());
+        let mut all = ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes, sizes };
         let broken = all.positions.par_iter().filter(|p| !is_finite(p)).count();
         if broken > 0 {
             self.dropped += broken as u64;
             drop_broken(&mut all);
         }
         Ok(all)
+    }
+
+    /// The relative sizes of `count` particles for their `values` in the attribute that states them; none where nothing does.
+    fn relative(&mut self, values: Option<Vec<f32>>, count: usize) -> Vec<f32> {
+        let Some(sizes) = self.sizes else { return Vec::new() };
+        let Some(values) = values else {
+            self.sizes_replaced += count as u64;
+            return Vec::new();
+        };
+        let (values, replaced) = sizes.relative(values);
+        self.sizes_replaced += replaced;
+        values
     }
 
     /// The particles of `blocks` in each of `count` sets, block by block: what no set takes is never in memory all at once.
@@ -169,6 +197,8 @@ impl Reader<'_> {
         let cancel = self.cancel;
         let positions = frame.positions_array()?;
         let ids = frame.id_attribute().map(|ids| frame.attribute_array(ids)).transpose()?;
+        let stated = self.sizes.and_then(|sizes| sizes.find_in(frame));
+        let stated = stated.map(|attribute| frame.attribute_array(attribute)).transpose()?;
         let mut arrays = Vec::with_capacity(request.attributes.len());
         for name in &request.attributes {
             arrays.push(frame.attribute_array(frame.require(name)?)?);
@@ -201,6 +231,7 @@ impl Reader<'_> {
                 Some(ids) => ids.values(&block, &ToU64, cancel)?,
                 None => (block.first..block.first + block.len()).map(|index| index as u64).collect(),
             };
+            let stated = stated.as_ref().map(|array| array.values(&block, &ToF32, cancel)).transpose()?;
             let values = arrays.iter().map(|array| array.values(&block, &ToF32, cancel));
             let values: Vec<Vec<f32>> = values.collect::<Result<_, _>>()?;
             for (index, set) in sets.iter_mut().enumerate() {
@@ -209,6 +240,9 @@ impl Reader<'_> {
                 let added = members().count();
                 extend(&mut set.positions, added, members().map(|(i, _)| positions[i]));
                 extend(&mut set.ids, added, members().map(|(i, _)| ids[i]));
+                let stated = stated.as_ref().map(|stated| members().map(|(i, _)| stated[i]).collect());
+                let sizes = self.relative(stated, added);
+                extend(&mut set.sizes, sizes.len(), sizes.into_iter());
                 for (attribute, values) in std::iter::zip(&mut set.attributes, &values) {
                     let n = attribute.components;
                     let tuples = members().flat_map(|(i, _)| values[i * n..(i + 1) * n].iter().copied());
@@ -240,6 +274,7 @@ fn drop_broken(all: &mut ParticleFrame) {
     }
     retain(&mut all.positions, 1, &taken);
     retain(&mut all.ids, 1, &taken);
+    retain(&mut all.sizes, 1, &taken);
     for attribute in &mut all.attributes {
         retain(&mut attribute.values, attribute.components, &taken);
     }

@@ -7,6 +7,7 @@ use std::path::PathBuf;
 use meniscus_core::{Cancel, Choice, Flaw, Flaws, SeriesSpace};
 
 use super::sets::Plans;
+use super::sizes::{self, Sizes};
 use super::view::View;
 use super::{companions, lengths, parts, selections};
 use crate::analysis::walls::Walls;
@@ -22,6 +23,7 @@ pub(super) struct Survey {
     pub bytes_per_file_byte: f64,
     pub has_ids: bool,
     pub velocity: Option<String>,
+    pub sizes: Option<Sizes>,
 }
 
 pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
@@ -56,8 +58,9 @@ pub(super) fn survey(
     }
     let members = walls.as_ref().map(|walls| walls.members.as_slice());
     let sample = view.sample(members);
-    let lengths =
-        lengths::choose(&view, members, options, plans.filter.every(), &mut choices, &mut flaws, cancel)?;
+    let sizes = sizes::choose(&view, &sample, options, &mut choices, cancel)?;
+    let of = sizes.as_ref();
+    let lengths = lengths::choose(&view, members, of, options, &mut choices, &mut flaws, cancel)?;
     let up = match options.up {
         Some(axis) => axis,
         None => {
@@ -73,7 +76,8 @@ pub(super) fn survey(
     describe_io(&steps[index], plans, &mut choices);
     check(cancel)?;
     let has_ids = view.frame.id_attribute().is_some();
-    let bytes = view.positions.len() * if has_ids { 20 } else { 12 };
+    let per_particle = 12 + if has_ids { 8 } else { 0 } + if sizes.is_some() { 4 } else { 0 };
+    let bytes = view.positions.len() * per_particle;
     Ok(Survey {
         has_ids,
         velocity: names::find(&view.frame, names::VELOCITY, 3).map(|attribute| attribute.name.clone()),
@@ -89,6 +93,7 @@ pub(super) fn survey(
         },
         choices,
         flaws,
+        sizes,
     })
 }
 
