@@ -74,7 +74,9 @@ impl CheckedArray<'_> {
     ) -> Result<Vec<C::Out>, Error> {
         let (ty, components) = (self.array.ty, self.array.components);
         let mut picked = Vec::with_capacity(indices.len() * components);
-        if let (Data::Plain { stream, start }, Some(size)) = (&self.data, ty.size()) {
+        // Text is counted through to where an index is, so that there, neighbours are decoded together.
+        if let (Data::Plain { stream: stream @ Stream::Raw(_), start }, Some(size)) = (&self.data, ty.size())
+        {
             let (big, mut scratch) = (self.big(), Scratch::default());
             let mut tuple = vec![C::Out::default(); components];
             for index in indices {
