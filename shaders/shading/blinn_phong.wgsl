@@ -1,4 +1,5 @@
-// As `lambert`, with the highlight of Blinn 1977.
+// Lambert's law on a veil of water over the scene straight behind, with the highlight of Blinn 1977: the cheapest model. Without
+// the highlight it is `lambert`.
 
 #import meniscus::brdf::PI
 #import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, attribute_color, coverage, pixel_index, shows_water, to_world}

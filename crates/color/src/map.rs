@@ -3,7 +3,7 @@ use std::str::FromStr;
 
 use glam::{Mat3, Vec3};
 
-use crate::ColorError;
+use crate::{ColorError, linear, srgb};
 
 /// A perceptual colour map: from 0 to 1, colours that are told apart equally well all along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,12 +55,12 @@ impl ColorMap {
             Self::Grayscale => return Vec3::splat(lightness_to_light(t as f32)),
         };
         let color = gradient.eval_continuous(t);
-        Vec3::from([color.r, color.g, color.b].map(|c| to_linear(f32::from(c) / 255.0)))
+        Vec3::from([color.r, color.g, color.b].map(|c| linear(f32::from(c) / 255.0)))
     }
 
     /// The same as it is displayed, sRGB, 0 to 1.
     pub fn srgb(self, t: f64) -> Vec3 {
-        self.linear(t).map(to_code)
+        self.linear(t).map(srgb)
     }
 
     /// The name that is printed.
@@ -88,16 +88,6 @@ impl FromStr for ColorMap {
             ColorError::UnknownMap { found: text.to_owned(), available: names.join(", ") }
         })
     }
-}
-
-/// sRGB transfer (IEC 61966-2-1).
-fn to_code(light: f32) -> f32 {
-    if light <= 0.003_130_8 { 12.92 * light } else { 1.055 * light.powf(1.0 / 2.4) - 0.055 }
-}
-
-/// sRGB transfer, inverse (IEC 61966-2-1).
-fn to_linear(code: f32) -> f32 {
-    if code <= 0.040_45 { code / 12.92 } else { ((code + 0.055) / 1.055).powf(2.4) }
 }
 
 /// CIE L* / 100 to luminance.

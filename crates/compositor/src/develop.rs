@@ -1,10 +1,11 @@
 //! From what was drawn to the pixels that are written: more bits than a display image has, and several drawn pixels to one.
 
 use glam::Vec3;
+use meniscus_color::{linear, srgb};
 use rayon::prelude::*;
 
 use crate::CompositorParameters;
-use crate::twin::{display_color, linear, srgb};
+use crate::twin::display_color;
 
 /// The highest number of half floats, which radiance is written in.
 const HIGHEST: f32 = 65504.0;

@@ -1,14 +1,12 @@
-use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::{HostField, HostStruct, Shader, host_fields, shader};
+use meniscus_gpu::Shader;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::twin::{TwinInput, lambert};
+use super::blinn_phong::BlinnPhongUniform;
+use crate::twin::TwinInput;
 use crate::{
-    Formula, Liquid, MediumParameters, MediumUniform, PixelModel, Promises, Surroundings, WaterScale,
+    BlinnPhongParameters, Formula, Liquid, MediumParameters, PixelModel, Promises, Surroundings, WaterScale,
 };
-
-const SHADER: Shader = shader!("shading/lambert");
 
 /// Parameters of [`Lambert`].
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -38,28 +36,14 @@ impl Default for LambertParameters {
     }
 }
 
-/// The parameters as the GPU sees them; WGSL: `Lambert` in `shaders/shading/lambert.wgsl`.
-#[repr(C)]
-#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
-pub struct LambertUniform {
-    pub medium: MediumUniform,
-    pub color: [f32; 3],
-    pub spacing_world: f32,
-}
-
-impl HostStruct for LambertUniform {
-    const WGSL_NAME: &'static str = "Lambert";
-    const FIELDS: &'static [HostField] = host_fields!(LambertUniform { medium, color, spacing_world });
-}
-
-/// Lambert's law on a veil of water: for weak hardware.
+/// Lambert's law on a veil of water: [`BlinnPhong`](crate::BlinnPhong) without its highlight.
 pub type Lambert = PixelModel<LambertParameters>;
 
 impl Formula for LambertParameters {
     const NAME: &'static str = "lambert";
-    const SHADER: Shader = SHADER;
+    const SHADER: Shader = BlinnPhongParameters::SHADER;
     const PASS: &'static str = "shading.lambert";
-    type Uniform = LambertUniform;
+    type Uniform = BlinnPhongUniform;
 
     fn promises(&self) -> Promises {
         Promises {
@@ -75,25 +59,12 @@ impl Formula for LambertParameters {
         Self { medium: Self::veil(liquid), color: liquid.look().color }
     }
 
-    fn uniform(&self, scale: WaterScale, _: &Surroundings) -> LambertUniform {
-        LambertUniform {
-            medium: self.medium.uniform(scale),
-            color: self.color,
-            spacing_world: scale.usable_spacing(),
-        }
+    fn uniform(&self, scale: WaterScale, surroundings: &Surroundings) -> BlinnPhongUniform {
+        let Self { medium, color } = self.clone();
+        BlinnPhongParameters { medium, color, specular: 0.0, shininess: 1.0 }.uniform(scale, surroundings)
     }
 
-    fn shade_pixel(uniform: &LambertUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
-        lambert::shade_pixel(uniform, input, pixel)
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_uniform_matches_its_shader() {
-        LambertUniform::check_layout(&SHADER, crate::INCLUDES).unwrap();
+    fn shade_pixel(uniform: &BlinnPhongUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
+        BlinnPhongParameters::shade_pixel(uniform, input, pixel)
     }
 }

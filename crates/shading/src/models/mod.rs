@@ -15,7 +15,6 @@ pub(crate) use fluid::FluidUniform;
 pub use fluid::{Fluid, FluidParameters};
 pub(crate) use granular::GranularUniform;
 pub use granular::{Granular, GranularParameters};
-pub(crate) use lambert::LambertUniform;
 pub use lambert::{Lambert, LambertParameters};
 pub(crate) use opaque_liquid::OpaqueLiquidUniform;
 pub use opaque_liquid::{OpaqueLiquid, OpaqueLiquidParameters};

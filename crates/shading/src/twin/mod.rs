@@ -7,7 +7,6 @@ pub mod brdf;
 mod environment;
 pub(crate) mod fluid;
 pub(crate) mod granular;
-pub(crate) mod lambert;
 mod medium;
 mod neighbourhood;
 pub(crate) mod opaque_liquid;
