@@ -10,16 +10,29 @@ use crate::{MediumUniform, WaterShadow};
 const SHADOW_TINT: f32 = 0.7;
 
 fn sun_path(input: &TwinInput<'_>, px: Vec2) -> f32 {
-    let size = WaterShadow::size_blocks(input.camera.size_px);
+    let size_px = input.camera.size_px;
+    let size = WaterShadow::size_blocks(size_px);
     let last = IVec2::new(size[0] as i32, size[1] as i32) - 1;
     let corner = px / WaterShadow::BLOCK_PX as f32 - 0.5;
     let base = corner.floor();
     let f = corner - base;
-    let low = base.as_ivec2().clamp(IVec2::ZERO, last);
-    let high = (base.as_ivec2() + 1).clamp(IVec2::ZERO, last);
-    let at = |x: i32, y: i32| input.sun_path[y as usize * size[0] as usize + x as usize];
-    let row = |y: i32| at(low.x, y) * (1.0 - f.x) + at(high.x, y) * f.x;
-    row(low.y) * (1.0 - f.y) + row(high.y) * f.y
+    let blocks = [0, 1, 2, 3].map(|k| (base.as_ivec2() + IVec2::new(k & 1, k >> 1)).clamp(IVec2::ZERO, last));
+    let weights = [(1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y];
+    let path = |block: IVec2| input.sun_path[block.y as usize * size[0] as usize + block.x as usize];
+    let edge = Vec2::new(size_px[0] as f32, size_px[1] as f32) - 0.5;
+    let shows_water = |px: Vec2| {
+        let pixel = px.clamp(Vec2::ZERO, edge).as_uvec2();
+        input.shows_water(input.pixel_index(pixel.to_array()))
+    };
+    let all = std::iter::zip(blocks, weights).map(|(block, weight)| weight * path(block)).sum();
+    if shows_water(px) {
+        return all;
+    }
+    let middle = |block: IVec2| (block.as_vec2() + 0.5) * WaterShadow::BLOCK_PX as f32;
+    let beside = std::iter::zip(blocks, weights).filter(|(block, _)| !shows_water(middle(*block)));
+    let (sum, total) =
+        beside.fold((0.0, 0.0), |(sum, total), (block, weight)| (sum + weight * path(block), total + weight));
+    if total > 1e-3 { sum / total } else { all }
 }
 
 /// What the water between scene and sun leaves of the light on the scene seen at `px`.
