@@ -2,8 +2,9 @@ use std::fmt;
 use std::str::FromStr;
 
 use glam::{Mat3, Vec3};
+use meniscus_core::srgb;
 
-use crate::{ColorError, linear, srgb};
+use crate::ColorError;
 
 /// A perceptual colour map: from 0 to 1, colours that are told apart equally well all along.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -55,12 +56,12 @@ impl ColorMap {
             Self::Grayscale => return Vec3::splat(lightness_to_light(t as f32)),
         };
         let color = gradient.eval_continuous(t);
-        Vec3::from([color.r, color.g, color.b].map(|c| linear(f32::from(c) / 255.0)))
+        Vec3::from([color.r, color.g, color.b].map(|c| srgb::decode(f32::from(c) / 255.0)))
     }
 
     /// The same as it is displayed, sRGB, 0 to 1.
     pub fn srgb(self, t: f64) -> Vec3 {
-        self.linear(t).map(srgb)
+        self.linear(t).map(srgb::encode)
     }
 
     /// The name that is printed.

@@ -1,7 +1,7 @@
 //! From what was drawn to the pixels that are written: more bits than a display image has, and several drawn pixels to one.
 
 use glam::Vec3;
-use meniscus_color::{linear, srgb};
+use meniscus_core::srgb;
 use rayon::prelude::*;
 
 use crate::CompositorParameters;
@@ -33,13 +33,13 @@ pub fn finite_radiance(parameters: &CompositorParameters, radiance: &[[f32; 4]])
 /// A picture of `size` pixels from one that is `factor` times as wide and high: means of light, not of its code, and of colours by
 /// how much they cover.
 pub fn reduce_display_8(pixels: &[u32], size: [u32; 2], factor: u32) -> Vec<u32> {
-    let code: Vec<f32> = (0..256).map(|step| linear(step as f32 / 255.0)).collect();
+    let code: Vec<f32> = (0..256).map(|step| srgb::decode(step as f32 / 255.0)).collect();
     let light = |pixel: u32| {
         let [r, g, b, a] = pixel.to_le_bytes();
         [code[usize::from(r)], code[usize::from(g)], code[usize::from(b)], f32::from(a) / 255.0]
     };
     let pack = |[r, g, b, a]: [f32; 4]| {
-        let color = [srgb(r), srgb(g), srgb(b), a].map(|c| steps(c, 255.0) as u8);
+        let color = [srgb::encode(r), srgb::encode(g), srgb::encode(b), a].map(|c| steps(c, 255.0) as u8);
         u32::from_le_bytes(color)
     };
     means(pixels, size, factor, light).into_par_iter().map(pack).collect()
@@ -49,9 +49,11 @@ pub fn reduce_display_8(pixels: &[u32], size: [u32; 2], factor: u32) -> Vec<u32>
 pub fn reduce_display_16(pixels: &[[u16; 4]], size: [u32; 2], factor: u32) -> Vec<[u16; 4]> {
     let light = |pixel: [u16; 4]| {
         let [r, g, b, a] = pixel.map(|c| f32::from(c) / 65535.0);
-        [linear(r), linear(g), linear(b), a]
+        [srgb::decode(r), srgb::decode(g), srgb::decode(b), a]
     };
-    let pack = |[r, g, b, a]: [f32; 4]| [srgb(r), srgb(g), srgb(b), a].map(|c| steps(c, 65535.0) as u16);
+    let pack = |[r, g, b, a]: [f32; 4]| {
+        [srgb::encode(r), srgb::encode(g), srgb::encode(b), a].map(|c| steps(c, 65535.0) as u16)
+    };
     means(pixels, size, factor, light).into_par_iter().map(pack).collect()
 }
 

@@ -1,7 +1,7 @@
 //! CPU twin of `shaders/compositor/tone_map.wgsl`, without the dither.
 
 use glam::Vec3;
-use meniscus_color::srgb;
+use meniscus_core::srgb;
 
 use crate::{CompositorParameters, ToneCurve};
 
@@ -46,7 +46,7 @@ pub fn display_color(parameters: &CompositorParameters, radiance: [f32; 3]) -> [
         ToneCurve::Filmic => filmic(color),
         ToneCurve::Clip => color,
     };
-    color.clamp(Vec3::ZERO, Vec3::ONE).to_array().map(srgb)
+    color.clamp(Vec3::ZERO, Vec3::ONE).to_array().map(srgb::encode)
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ mod pixels;
 mod report;
 mod series;
 mod source;
+pub mod srgb;
 
 pub use bounds::Aabb;
 pub use camera::{Camera, CameraError, Projection};
