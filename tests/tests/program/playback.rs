@@ -147,7 +147,8 @@ fn frames_stay_on_the_gpu_within_its_budget() {
     assert!(peak > 4.0 * of_one && peak <= budget, "{peak} of {budget}");
     let (uploads, peak, budget) = played(&format!("{}B", 3.5 * of_one));
     assert!(peak > 2.0 * of_one && peak <= budget, "{peak} of {budget}");
-    assert!((5.0..15.0).contains(&uploads), "{uploads}");
+    // How many are found depends on when the other thread gets to run; what is given up first is tested in `lod`.
+    assert!((5.0..=15.0).contains(&uploads), "{uploads}");
     let refused = program.run("bench dam --play --gpu-memory 0.5").expect(2);
     assert!(refused.stderr.contains("bytes like"), "{refused:#?}");
 }
