@@ -240,24 +240,10 @@ fn reflect(
             (naga::AddressSpace::Storage { access }, _) => buffer_type(wgpu::BufferBindingType::Storage {
                 read_only: !access.contains(naga::StorageAccess::STORE),
             }),
-            (_, naga::TypeInner::Image { dim, arrayed: false, class }) => wgpu::BindingType::Texture {
-                sample_type: match class {
-                    naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi: false } => {
-                        wgpu::TextureSampleType::Float { filterable: false }
-                    }
-                    naga::ImageClass::Depth { multi: false } => wgpu::TextureSampleType::Depth,
-                    other => {
-                        return Err(fail(format!("texture {name} is of the unsupported kind {other:?}")));
-                    }
-                },
-                view_dimension: match dim {
-                    naga::ImageDimension::D2 => wgpu::TextureViewDimension::D2,
-                    other => {
-                        return Err(fail(format!("texture {name} has the unsupported dimension {other:?}")));
-                    }
-                },
-                multisampled: false,
-            },
+            (_, naga::TypeInner::Image { dim: naga::ImageDimension::D2, arrayed: false, class }) => {
+                texture_type(*class)
+                    .ok_or_else(|| fail(format!("texture {name} is of the unsupported kind {class:?}")))?
+            }
             (space, inner) => {
                 return Err(fail(format!("binding {name} is of an unsupported kind: {space:?} {inner:?}")));
             }
@@ -271,6 +257,32 @@ fn reflect(
         entries: &entries,
     });
     Ok(Bindings { id: NEXT_ID.fetch_add(1, Ordering::Relaxed), slots, layout })
+}
+
+/// Binding of a texture in two dimensions; `None` for kinds that no pass has.
+fn texture_type(class: naga::ImageClass) -> Option<wgpu::BindingType> {
+    let read = |sample_type| wgpu::BindingType::Texture {
+        sample_type,
+        view_dimension: wgpu::TextureViewDimension::D2,
+        multisampled: false,
+    };
+    let written = |format| wgpu::BindingType::StorageTexture {
+        access: wgpu::StorageTextureAccess::WriteOnly,
+        format,
+        view_dimension: wgpu::TextureViewDimension::D2,
+    };
+    Some(match class {
+        naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi: false } => {
+            read(wgpu::TextureSampleType::Float { filterable: false })
+        }
+        naga::ImageClass::Depth { multi: false } => read(wgpu::TextureSampleType::Depth),
+        naga::ImageClass::Storage { format, access: naga::StorageAccess::STORE } => match format {
+            naga::StorageFormat::Rgba16Float => written(wgpu::TextureFormat::Rgba16Float),
+            naga::StorageFormat::R32Float => written(wgpu::TextureFormat::R32Float),
+            _ => return None,
+        },
+        _ => return None,
+    })
 }
 
 fn buffer_type(ty: wgpu::BufferBindingType) -> wgpu::BindingType {

@@ -26,7 +26,7 @@ pub enum Binding {
         /// Number of bytes; `None` = to the end.
         size: Option<NonZeroU64>,
     },
-    /// A texture that is read.
+    /// A texture that is read, or written by a compute pass.
     Texture(wgpu::TextureView),
 }
 

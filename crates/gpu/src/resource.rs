@@ -237,6 +237,11 @@ impl<R: TextureRole> Texture<R> {
                 limit: limit.into(),
             });
         }
+        let written = if R::FORMAT.is_depth_stencil_format() {
+            wgpu::TextureUsages::empty()
+        } else {
+            wgpu::TextureUsages::STORAGE_BINDING
+        };
         let raw = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(R::NAME),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -247,7 +252,8 @@ impl<R: TextureRole> Texture<R> {
             usage: wgpu::TextureUsages::RENDER_ATTACHMENT
                 | wgpu::TextureUsages::TEXTURE_BINDING
                 | wgpu::TextureUsages::COPY_SRC
-                | wgpu::TextureUsages::COPY_DST,
+                | wgpu::TextureUsages::COPY_DST
+                | written,
             view_formats: &[],
         });
         let texel = u64::from(R::FORMAT.block_copy_size(None).unwrap_or(4));
@@ -287,7 +293,7 @@ impl<R: TextureRole> Texture<R> {
         self.size
     }
 
-    /// For a pass's texture binding.
+    /// For a pass's texture binding, to be read or to be written.
     pub fn bind(&self) -> Binding {
         Binding::Texture(self.view.clone())
     }

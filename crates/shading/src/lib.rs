@@ -12,7 +12,7 @@ mod liquid;
 mod medium;
 mod model;
 mod models;
-mod opaque;
+mod opaque_scene;
 mod parameters;
 mod pictured;
 mod registry;
@@ -33,7 +33,7 @@ pub use models::{
     Lambert, LambertParameters, OpaqueLiquid, OpaqueLiquidParameters, PointLight, PointLightParameters, Vtk,
     VtkParameters,
 };
-pub use opaque::{SceneGeometry, ScenePass};
+pub use opaque_scene::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
 pub use solid::{SolidPass, SolidSurface};
 pub use surroundings::{MaterialUniform, SkyUniform, Surroundings};
@@ -50,6 +50,7 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/lit"),
     shader!(include "shading/environment"),
     shader!(include "shading/surroundings"),
+    shader!(include "shading/scene_point"),
     shader!(include "shading/water"),
     shader!(include "shading/body"),
     shader!(include "shading/medium"),

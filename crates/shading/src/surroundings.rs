@@ -320,7 +320,7 @@ mod tests {
 
     #[test]
     fn host_structs_match_their_shader() {
-        let shader = crate::opaque::SHADER;
+        let shader = crate::opaque_scene::BACKGROUND;
         MaterialUniform::check_layout(&shader, crate::INCLUDES).unwrap();
         SkyUniform::check_layout(&shader, crate::INCLUDES).unwrap();
         Surroundings::check_layout(&shader, crate::INCLUDES).unwrap();

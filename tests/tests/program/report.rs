@@ -30,7 +30,7 @@ fn the_report_is_complete() {
         let stages = frame["stages"].as_array().expect("stages");
         let names: Vec<&str> = stages.iter().filter_map(|s| s["name"].as_str()).collect();
         for name in [
-            "shading.scene",
+            "shading.background",
             "ssfr.depth",
             "ssfr.thickness",
             "ssfr.smooth_along",

@@ -1,0 +1,213 @@
+//! The opaque scene pass: sky, floor and objects with their distance.
+
+use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
+use meniscus_gpu::{
+    Buffer, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError,
+    HostField, HostStruct, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture, host_fields,
+    shader,
+};
+use meniscus_scene::{Scene, Sides};
+
+use crate::pictured::Pictured;
+use crate::{EnvironmentMap, INCLUDES, MaterialUniform, ShadingError, Surroundings};
+
+pub(crate) const BACKGROUND: Shader = shader!("shading/background");
+const OBJECTS: Shader = shader!("shading/objects");
+
+/// A vertex of an object; WGSL: `SceneVertex` in `shaders/shading/objects.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+struct SceneVertex {
+    position_world: [f32; 3],
+    material: u32,
+    normal_world: [f32; 3],
+    front_only: u32,
+}
+
+impl HostStruct for SceneVertex {
+    const WGSL_NAME: &'static str = "SceneVertex";
+    const FIELDS: &'static [HostField] =
+        host_fields!(SceneVertex { position_world, material, normal_world, front_only });
+}
+
+#[derive(Debug)]
+enum Vertices {}
+
+impl Role for Vertices {
+    type Element = SceneVertex;
+    const NAME: &'static str = "SceneVertices";
+    const UNIT: &'static str = "world";
+    const EMPTY: SceneVertex =
+        SceneVertex { position_world: [0.0; 3], material: 0, normal_world: [0.0; 3], front_only: 0 };
+}
+
+#[derive(Debug)]
+enum Triangles {}
+
+impl Role for Triangles {
+    type Element = u32;
+    const NAME: &'static str = "SceneTriangles";
+    const UNIT: &'static str = "vertex index";
+    const EMPTY: u32 = 0;
+}
+
+#[derive(Debug)]
+enum Materials {}
+
+impl Role for Materials {
+    type Element = MaterialUniform;
+    const NAME: &'static str = "SceneMaterials";
+    const UNIT: &'static str = "linear Rec. 709";
+    const EMPTY: MaterialUniform = MaterialUniform::GREY;
+}
+
+/// The objects of a scene on the GPU.
+#[derive(Debug)]
+pub struct SceneGeometry {
+    vertices: Buffer<Vertices>,
+    triangles: Buffer<Triangles>,
+    materials: Buffer<Materials>,
+    surroundings: Surroundings,
+    environment: EnvironmentMap,
+}
+
+impl SceneGeometry {
+    /// Uploads `scene`.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when the objects exceed the device's limits.
+    pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, ShadingError> {
+        let (mut vertices, mut triangles, mut materials) = (Vec::new(), Vec::new(), Vec::new());
+        for object in &scene.objects {
+            let first = vertices.len() as u32;
+            let material = materials.len() as u32;
+            materials.push((&object.material).into());
+            let front_only = (object.sides == Sides::Front).into();
+            vertices.extend(object.mesh.positions.iter().zip(&object.mesh.normals).map(
+                |(&position_world, &normal_world)| SceneVertex {
+                    position_world,
+                    material,
+                    normal_world,
+                    front_only,
+                },
+            ));
+            triangles.extend(object.mesh.indices.iter().map(|i| first + i));
+        }
+        Ok(Self {
+            vertices: Buffer::from_slice(gpu, &vertices)?,
+            triangles: Buffer::from_slice(gpu, &triangles)?,
+            materials: Buffer::from_slice(gpu, &materials)?,
+            surroundings: Surroundings::new(scene),
+            environment: EnvironmentMap::new(gpu, scene)?,
+        })
+    }
+
+    /// Sun, sky and floor of the same scene, which lighting models need too.
+    pub fn surroundings(&self) -> &Surroundings {
+        &self.surroundings
+    }
+
+    /// The picture of the surroundings of the same scene, if it has one.
+    pub fn environment(&self) -> &EnvironmentMap {
+        &self.environment
+    }
+}
+
+/// Draws sky, floor and objects.
+#[derive(Debug)]
+pub struct ScenePass {
+    background: Pictured<ComputePipeline>,
+    objects: Pictured<RasterPipeline>,
+}
+
+impl ScenePass {
+    /// Compiles the passes.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when a shader does not compile.
+    pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
+        Ok(Self {
+            background: Pictured::new(|definitions| compile_background(gpu, definitions))?,
+            objects: Pictured::new(|definitions| compile_objects(gpu, definitions))?,
+        })
+    }
+
+    /// Draws `scene` into targets of the camera's size: linear radiance (alpha 0 where there is only sky), distance along the
+    /// view axis (`f32::MAX` for sky) and reversed depth of the objects (near / distance). Sky and floor are
+    /// `shading.background`, a compute pass, since hardware without display has next to nothing that fills pixels; where there are
+    /// objects, `shading.objects` draws them over it.
+    #[expect(clippy::too_many_arguments, reason = "three targets of one picture, each with its own role")]
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        camera: &CameraUniform,
+        scene: &SceneGeometry,
+        color: &Texture<SceneColor>,
+        distance: &Texture<SceneDistance>,
+        depth: &Texture<SceneDepth>,
+    ) {
+        let surroundings = scene.surroundings();
+        let pipeline = self.background.choose(gpu, surroundings, |defined| compile_background(gpu, defined));
+        let mut bindings = vec![
+            ("camera", recorder.uniform(camera)),
+            ("surroundings", recorder.uniform(surroundings)),
+            ("environment_texels", scene.environment.texels().bind()),
+            ("scene_color", color.bind()),
+            ("scene_distance", distance.bind()),
+        ];
+        bindings.retain(|(name, _)| pipeline.binds(name));
+        let size = Dispatch::Pixels(color.size());
+        recorder.compute(gpu, "shading.background", pipeline, &bindings, size);
+        if scene.triangles.is_empty() {
+            return;
+        }
+        let pipeline = self.objects.choose(gpu, surroundings, |defined| compile_objects(gpu, defined));
+        let mut bindings = vec![
+            ("camera", recorder.uniform(camera)),
+            ("surroundings", recorder.uniform(surroundings)),
+            ("environment_texels", scene.environment.texels().bind()),
+            ("vertices", scene.vertices.bind()),
+            ("triangles", scene.triangles.bind()),
+            ("materials", scene.materials.bind()),
+        ];
+        bindings.retain(|(name, _)| pipeline.binds(name));
+        let targets = [(color.view(), None), (distance.view(), None)];
+        // A triangle more, of a point: given three vertices in all, lavapipe of Mesa 22.3.6 on processors without AVX (vectors
+        // of four) writes a fourth one and corrupts the heap. Reading past the end of a buffer gives something inside of it.
+        let count = scene.triangles.len().max(6) as u32;
+        recorder.raster(gpu, "shading.objects", pipeline, &bindings, &targets, Some(depth.view()), |pass| {
+            pass.draw(0..count, 0..1);
+        });
+    }
+}
+
+fn compile_background(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
+    gpu.compute_pipeline(&ComputePipelineDescriptor {
+        includes: INCLUDES,
+        definitions,
+        ..ComputePipelineDescriptor::new(BACKGROUND)
+    })
+}
+
+fn compile_objects(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeline, GpuError> {
+    gpu.raster_pipeline(&RasterPipelineDescriptor {
+        shader: OBJECTS,
+        includes: INCLUDES,
+        definitions,
+        vertex_buffers: &[],
+        targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
+        depth: true,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vertices_match_their_shader() {
+        SceneVertex::check_layout(&OBJECTS, INCLUDES).unwrap();
+    }
+}
