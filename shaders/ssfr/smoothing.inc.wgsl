@@ -50,6 +50,8 @@ const REACH: f32 = 2.5;
 // Taps to each side, for each spacing of sigma beyond the first as many again; a wider kernel is sampled in larger steps,
 // which the smoothness of the splats allows. The steps are whole pixels and even: uneven ones leave ripples.
 const MAX_TAPS: f32 = 24.0;
+// Standard deviations of a Gaussian, in lengths of the kernel, beyond which its shape does not change by half a percent.
+const MOST_WIDTH: f32 = 8.0;
 // Below this the nearest neighbours weigh less than half a percent.
 const LEAST_SIGMA_PX: f32 = 0.3;
 
@@ -75,7 +77,10 @@ fn taps_of(smoothing: Smoothing, sigma_px: f32, room: i32) -> Taps {
         step *= 2.0;
     }
     let end = reach_px / step;
-    let falloff = -0.5 / (sigma_px * sigma_px);
+    // Of a much wider Gaussian the border cuts out a parabola, whatever its width; in single precision its own values near the
+    // middle could not be told from 1.
+    let shape_px = min(sigma_px, MOST_WIDTH * reach_px);
+    let falloff = -0.5 / (shape_px * shape_px);
     let odd = 1.0 - smoothstep(0.5 * most, most, end);
     return Taps(i32(step), min(i32(end), room / i32(step)), falloff, exp(falloff * reach_px * reach_px), odd);
 }

@@ -236,9 +236,11 @@ pub(super) fn tiny_and_huge(run: &Run<'_>) -> Outcome {
     for size in SMALL_AND_LONG {
         for camera in [perspective(1.0), parallel(5.0)] {
             run.on_gpu(&Picture::bumpy(camera, size, 0.1))?;
-            // Kernels larger than the picture, and a plane to lie on.
-            let flat = Picture::new(camera, size, 50.0, plane(DVec3::Z, DVec3::new(0.0, 0.0, -5.0)));
-            near(&flat, &run.on_gpu(&flat)?, &flat.distance, 1e-6)?;
+            // Kernels larger than the picture, even without end, and a plane to lie on.
+            for radius in [50.0, 1e6] {
+                let flat = Picture::new(camera, size, radius, plane(DVec3::Z, DVec3::new(0.0, 0.0, -5.0)));
+                near(&flat, &run.on_gpu(&flat)?, &flat.distance, 1e-6)?;
+            }
         }
     }
     Ok(())
