@@ -13,8 +13,8 @@ use meniscus_gpu::role::{
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
 use meniscus_scene::Scene;
 use meniscus_shading::{
-    LightingChoice, LightingInputs, LightingPass, LightingRegistry, SceneGeometry, ScenePass, SunPath,
-    WaterScale, WaterShadow,
+    Caustics, CausticsPass, Landed, LightingChoice, LightingInputs, LightingPass, LightingRegistry,
+    SceneGeometry, ScenePass, SunView, SunWater, Sunlight, SunlightPass, WaterScale,
 };
 
 /// Everything that light needs, on the GPU.
@@ -29,8 +29,11 @@ struct Studio {
     thickness: Image<Thickness>,
     normal: Image<ViewNormal>,
     surface_color: Image<SurfaceColor>,
-    shadow: WaterShadow,
-    sun_path: Image<SunPath>,
+    caustics_pass: CausticsPass,
+    landed: Image<Landed>,
+    caustics: Image<Caustics>,
+    sunlight_pass: SunlightPass,
+    sunlight: Image<Sunlight>,
     radiance: Image<Radiance>,
 }
 
@@ -54,8 +57,11 @@ impl Studio {
             thickness: Image::from_pixels(gpu, size, &pool.thickness).expect(image),
             normal: Image::from_pixels(gpu, size, &pool.normal).expect(image),
             surface_color: Image::new(gpu, [1, 1]).expect(image),
-            shadow: WaterShadow::new(gpu).expect("the shadow pass"),
-            sun_path: Image::new(gpu, WaterShadow::size_blocks(size)).expect(image),
+            caustics_pass: CausticsPass::new(gpu).expect("the caustics"),
+            landed: Image::new(gpu, size).expect(image),
+            caustics: Image::new(gpu, size).expect(image),
+            sunlight_pass: SunlightPass::new(gpu).expect("the sunlight pass"),
+            sunlight: Image::new(gpu, SunlightPass::size_blocks(size)).expect(image),
             radiance: Image::new(gpu, size).expect(image),
         }
     }
@@ -65,7 +71,8 @@ impl Studio {
         let studio = Self::new(time.gpu(), size);
         time.measure(1, &[], |recorder, gpu| {
             studio.record_scene(recorder, gpu);
-            studio.record_shadow(recorder, gpu);
+            studio.record_caustics(recorder, gpu);
+            studio.record_sunlight(recorder, gpu);
         });
         studio
     }
@@ -76,23 +83,36 @@ impl Studio {
             recorder,
             &self.camera,
             &self.geometry,
+            None,
             &self.scene_color,
             &self.scene_distance,
             &self.scene_depth,
         );
     }
 
-    fn record_shadow(&self, recorder: &mut Recorder, gpu: &Gpu) {
-        self.shadow.record(
+    /// The sun as if it stood where the camera does: as many pixels show water.
+    fn sun_view(&self) -> SunView<'_> {
+        SunView { camera: &self.camera, scene_distance: &self.scene_distance }
+    }
+
+    fn record_caustics(&self, recorder: &mut Recorder, gpu: &Gpu) {
+        let (sun, distance, normal) = (self.sun_view(), &self.distance, &self.normal);
+        self.caustics_pass.record(gpu, recorder, &sun, distance, normal, 1.0, &self.landed, &self.caustics);
+    }
+
+    fn record_sunlight(&self, recorder: &mut Recorder, gpu: &Gpu) {
+        let water =
+            SunWater { distance: &self.distance, thickness: &self.thickness, caustics: &self.caustics };
+        self.sunlight_pass.record(
             gpu,
             recorder,
             &self.camera,
-            self.geometry.surroundings(),
-            SCALE,
+            &self.sun_view(),
+            &water,
             &self.distance,
-            &self.thickness,
             &self.scene_distance,
-            &self.sun_path,
+            true,
+            &self.sunlight,
         );
     }
 
@@ -108,7 +128,7 @@ impl Studio {
             surface_color: &self.surface_color,
             scene_color: &self.scene_color,
             scene_distance: &self.scene_distance,
-            sun_path: &self.sun_path,
+            sunlight: &self.sunlight,
         };
         model.record(gpu, recorder, &inputs, &self.radiance);
     }
@@ -118,8 +138,11 @@ impl Studio {
 mod bytes_per_pixel {
     /// Colour (4 halves), distance and depth are written.
     pub const SCENE: u64 = 8 + 4 + 4;
-    /// Distance and thickness of the water and distance of the scene are read; the result is a few percent of that.
-    pub const SHADOW: u64 = 4 + 4 + 4;
+    /// Distance and normal of the water and distance of the scene are read; light lands and is smoothed.
+    pub const CAUSTICS: u64 = 4 + 4 + 4 + 4 + 4;
+    /// Distance of the scene is read once, those of scene and water, thickness and caustics once more as the sun has them, for every
+    /// fourth pixel.
+    pub const SUNLIGHT: u64 = 4 + (4 + 4 + 4 + 4) / 4 + 8 / 4;
     /// Distance, thickness, normal, and colour and distance of the scene are read; radiance (4 floats) is written.
     pub const WATER: u64 = 4 + 4 + 4 + 8 + 4 + 16;
 }
@@ -145,11 +168,19 @@ fn shading(criterion: &mut Criterion) {
         );
         stage.gpu(
             &time,
-            (["water-shadow", view], &[]),
+            (["caustics", view], &[]),
             pixels,
             studio,
-            |_| Some(pixels * bytes_per_pixel::SHADOW),
-            |studio, recorder, gpu| studio.record_shadow(recorder, gpu),
+            |_| Some(pixels * bytes_per_pixel::CAUSTICS),
+            |studio, recorder, gpu| studio.record_caustics(recorder, gpu),
+        );
+        stage.gpu(
+            &time,
+            (["sunlight", view], &[]),
+            pixels,
+            studio,
+            |_| Some(pixels * bytes_per_pixel::SUNLIGHT),
+            |studio, recorder, gpu| studio.record_sunlight(recorder, gpu),
         );
         let registry = LightingRegistry::builtin();
         for name in registry.names() {

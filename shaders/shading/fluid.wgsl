@@ -8,7 +8,8 @@
 #import meniscus::neighbourhood::{Neighbourhood, neighbourhood}
 #import meniscus::reflection::{environment, mirrored, sun_glint}
 #import meniscus::refraction::{Path, background, refracted_path}
-#import meniscus::shadow::shadow
+#import meniscus::shadow::{shadow, sky_at}
+#import meniscus::sky::Sky
 #import meniscus::water::{WaterPoint, water_point}
 
 struct Fluid {
@@ -51,8 +52,7 @@ fn wet(path: Path) -> f32 {
 }
 
 // Radiance of a pixel that is all water, with `behind` at the end of a path of the given length.
-fn shade(water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, path_world: f32, tint: vec4<f32>) -> vec3<f32> {
-    let sky = surroundings.sky;
+fn shade(sky: Sky, water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, path_world: f32, tint: vec4<f32>) -> vec3<f32> {
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
     let position = point_to_world(water.position_view);
@@ -66,7 +66,7 @@ fn shade(water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, path_world
     let drop = smoothstep(0.65, 1.0, around.isolation);
     let alpha = min(sqrt(model.alpha * model.alpha + (0.5 - 0.4 * drop) * around.spread), 0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
-    let glint = facing * sun_glint(normal, to_eye, water.n_v, alpha, model.refractive_index);
+    let glint = facing * sun_glint(sky, normal, to_eye, water.n_v, alpha, model.refractive_index);
 
     // Uncertain normals have a larger root mean square cosine: reflectance at edges is not that of a mirror seen edge on.
     let cosine = min(sqrt(water.n_v * water.n_v + 0.2 * around.spread), 1.0);
@@ -100,6 +100,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let path = refracted_path(water, thickness, model.refractive_index, model.refraction_scale, model.spacing_world);
     let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * wet(path) * background(path.end_px, path.nearest_distance, scene.rgb);
-    let color = shade(water, around, behind, path.length_world, attribute_color(id.xy));
+    let color = shade(sky_at(id.xy), water, around, behind, path.length_world, attribute_color(id.xy));
     radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thickness, model.spacing_world));
 }

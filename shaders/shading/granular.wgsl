@@ -7,7 +7,7 @@
 #import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
 #import meniscus::medium::Medium
 #import meniscus::reflection::{environment, mirrored, sun_glint}
-#import meniscus::shadow::shadow
+#import meniscus::shadow::{shadow, sky_at}
 #import meniscus::surface::unpack_normal
 #import meniscus::water::{WaterPoint, water_point}
 
@@ -66,7 +66,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         radiance[index] = scene;
         return;
     }
-    let sky = surroundings.sky;
+    let sky = sky_at(id.xy);
     let water = water_point(camera, id.xy, distances[index], unpack_normal(normals[index]));
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
@@ -85,7 +85,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let body = albedo / PI * open * (ambient(sky, normal) + max(lobe, 0.0) * n_l * sky.sun_irradiance);
 
     let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye), FILM_ALPHA);
-    let glint = sun_glint(normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
+    let glint = sun_glint(sky, normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
     let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
     let color = mix(body, mirror, film) + wet * open * glint;
     radiance[index] = mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));

@@ -14,8 +14,9 @@
 @group(0) @binding(5) var<storage, read> normals: array<u32>;
 @group(0) @binding(6) var scene_color: texture_2d<f32>;
 @group(0) @binding(7) var scene_distance: texture_2d<f32>;
-// One value per block of pixels.
-@group(0) @binding(8) var<storage, read> sun_paths: array<f32>;
+// One value per block of pixels, or a single one: length of water that sunlight crosses to the scene (bits of a float), and
+// `meniscus::sunlight` of how it is focused there and of the share that reaches the water.
+@group(0) @binding(8) var<storage, read> sunlight: array<vec2<u32>>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
 // A single pixel without colour where no attribute colours the water.
 @group(0) @binding(10) var<storage, read> surface_colors: array<vec4<f32>>;

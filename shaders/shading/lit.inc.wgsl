@@ -3,8 +3,8 @@
 #import meniscus::material::Material
 #import meniscus::sky::Sky
 
-// Radiance of an opaque surface under sun and sky towards `to_eye` (unit).
-fn lit(sky: Sky, material: Material, tone: f32, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
+// Radiance of an opaque surface under sun and sky towards `to_eye` (unit); `sunlit` is the share of the sun that it sees.
+fn lit(sky: Sky, sunlit: f32, material: Material, tone: f32, normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
     let base = material.color * tone;
     let f0 = mix(vec3(0.04), base, material.metallic);
     let diffuse = base * (1.0 - material.metallic);
@@ -16,7 +16,7 @@ fn lit(sky: Sky, material: Material, tone: f32, normal: vec3<f32>, to_eye: vec3<
     let l_h = max(dot(sky.sun_direction, half_way), 0.0);
     let fresnel = f0 + (1.0 - f0) * fifth_power(1.0 - l_h);
     let specular = fresnel * ggx(max(n_l, 1e-3), n_v, max(dot(normal, half_way), 0.0), alpha);
-    let sun = (diffuse * burley_diffuse(n_l, n_v, l_h, material.roughness) + specular) * n_l * sky.sun_irradiance;
+    let sun = (diffuse * burley_diffuse(n_l, n_v, l_h, material.roughness) + specular) * n_l * sunlit * sky.sun_irradiance;
 
     let facing_up = 0.5 + 0.5 * dot(normal, sky.up);
     let ambient = mix(sky.irradiance_down, sky.irradiance_up, facing_up);

@@ -7,7 +7,7 @@
 #import meniscus::medium::Medium
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored, sun_glint}
-#import meniscus::shadow::shadow
+#import meniscus::shadow::{shadow, sky_at}
 #import meniscus::water::water_point
 
 struct OpaqueLiquid {
@@ -39,7 +39,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         radiance[index] = scene;
         return;
     }
-    let sky = surroundings.sky;
+    let sky = sky_at(id.xy);
     let distance = distances[index];
     let around = neighbourhood(id.xy, distance, model.spacing_world);
     let water = water_point(camera, id.xy, distance, around.normal_sum);
@@ -52,7 +52,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let body = albedo * soft_irradiance(sky, normal, softness) / PI;
     let alpha = min(sqrt(model.alpha * model.alpha + 0.5 * around.spread), 0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
-    let glint = facing * sun_glint(normal, to_eye, water.n_v, alpha, model.refractive_index);
+    let glint = facing * sun_glint(sky, normal, to_eye, water.n_v, alpha, model.refractive_index);
     let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye), model.alpha);
     let cosine = min(sqrt(water.n_v * water.n_v + 0.2 * around.spread), 1.0);
     let left = mix(1.0, COLOR_MIRROR, tint.a);

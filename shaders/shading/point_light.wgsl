@@ -9,7 +9,7 @@
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored}
 #import meniscus::refraction::{background, refracted_path}
-#import meniscus::shadow::shadow
+#import meniscus::shadow::{shadow, sky_at}
 #import meniscus::water::water_point
 
 struct PointLight {
@@ -47,7 +47,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         radiance[index] = scene * vec4(shadow(here_px, model.medium, model.shadow_extinction, MAX_SHADOW), 1.0);
         return;
     }
-    let sky = surroundings.sky;
+    let sky = sky_at(id.xy);
     let distance = distances[index];
     let around = neighbourhood(id.xy, distance, model.spacing_world);
     let water = water_point(camera, id.xy, distance, around.normal_sum);

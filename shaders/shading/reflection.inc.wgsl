@@ -2,6 +2,7 @@
 
 #import meniscus::brdf::{fresnel_dielectric, ggx}
 #import meniscus::lighting_inputs::surroundings
+#import meniscus::sky::Sky
 #import meniscus::surroundings::surroundings_radiance
 
 // Where the mirror of the water looks.
@@ -18,8 +19,7 @@ fn mirrored(normal: vec3<f32>, to_eye: vec3<f32>) -> vec3<f32> {
 const MAX_GLINT: f32 = 6.0;
 
 // The sun in a rough mirror of GGX width `alpha`. Unit vectors, world; `n_v` is the cosine between normal and eye, > 0.
-fn sun_glint(normal: vec3<f32>, to_eye: vec3<f32>, n_v: f32, alpha: f32, refractive_index: f32) -> vec3<f32> {
-    let sky = surroundings.sky;
+fn sun_glint(sky: Sky, normal: vec3<f32>, to_eye: vec3<f32>, n_v: f32, alpha: f32, refractive_index: f32) -> vec3<f32> {
     let n_l = dot(normal, sky.sun_direction);
     // Sun and eye opposite each other leave no half way; the lobe is then zero.
     let between = sky.sun_direction + to_eye;

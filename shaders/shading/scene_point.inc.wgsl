@@ -4,6 +4,9 @@
 #import meniscus::lit::lit
 #import meniscus::material::{Material, pattern_tone}
 #import meniscus::surroundings::{Surroundings, clear_share, far_radiance}
+#ifdef SHADOWED
+#import meniscus::sun_view::sun_visibility
+#endif
 
 // Points of the opaque scene as a view ray meets them.
 
@@ -29,12 +32,22 @@ fn storable(radiance: vec3<f32>) -> vec3<f32> {
     return min(radiance, vec3(60000.0));
 }
 
+// Share of the sun that a surface sees.
+fn sunlit(position: vec3<f32>, normal: vec3<f32>) -> f32 {
+#ifdef SHADOWED
+    return sun_visibility(position, normal);
+#else
+    return 1.0;
+#endif
+}
+
 // Radiance of a surface of `material` that the ray meets at `distance`, with the haze in front of it.
 fn surface_radiance(camera: Camera, surroundings: Surroundings, ray: WorldRay, distance: f32, normal: vec3<f32>, material: Material) -> vec3<f32> {
     let reach = distance * ray.per_distance;
     // Pattern coordinates on the plane of the pattern's frame that the normal is closest to.
     let to_frame = mat3x3(surroundings.east, surroundings.north, surroundings.sky.up);
-    let place = ((ray.origin + reach * ray.direction - surroundings.anchor) * to_frame) / material.scale_world;
+    let position = ray.origin + reach * ray.direction;
+    let place = ((position - surroundings.anchor) * to_frame) / material.scale_world;
     let along = ray.direction * to_frame;
     let facing = abs(normal * to_frame);
     var p = place.xy;
@@ -52,6 +65,6 @@ fn surface_radiance(camera: Camera, surroundings: Surroundings, ray: WorldRay, d
     let footprint = px_world / material.scale_world * sqrt(vec2(1.0) + slope * slope / (slant * slant));
 
     let tone = pattern_tone(material, p, footprint);
-    let near = lit(surroundings.sky, material, tone, normal, -ray.direction);
+    let near = lit(surroundings.sky, sunlit(position, normal), material, tone, normal, -ray.direction);
     return storable(mix(far_radiance(surroundings, ray.direction), near, clear_share(surroundings, reach)));
 }

@@ -1,9 +1,10 @@
 // Particle sets that are drawn opaque become part of the scene: every covered pixel writes its lit colour and distance over
 // what is there. The splats were already cut off behind the scene, so no depth test is needed.
 
-#import meniscus::camera::{Camera, view_ray}
+#import meniscus::camera::Camera
 #import meniscus::lit::lit
-#import meniscus::material::{Material, pattern_tone}
+#import meniscus::material::Material
+#import meniscus::scene_point::{storable, sunlit, world_ray}
 #import meniscus::surface::{is_empty, unpack_normal}
 #import meniscus::surroundings::{Surroundings, clear_share, far_radiance}
 
@@ -31,12 +32,11 @@ fn fragment(@builtin(position) place: vec4<f32>) -> Target {
     if is_empty(distance) {
         discard;
     }
-    let ray = view_ray(camera, place.xy);
-    let step = (camera.world_from_view * vec4(ray.step, 0.0)).xyz;
-    let per_step = length(step);
-    let direction = step / per_step;
+    let ray = world_ray(camera, place.xy);
     let normal = (camera.world_from_view * vec4(unpack_normal(normals[pixel]), 0.0)).xyz;
-    let near = lit(surroundings.sky, material, 1.0, normal, -direction);
-    let color = mix(far_radiance(surroundings, direction), near, clear_share(surroundings, distance * per_step));
-    return Target(vec4(min(color, vec3(60000.0)), 1.0), distance);
+    let reach = distance * ray.per_distance;
+    let sun = sunlit(ray.origin + reach * ray.direction, normal);
+    let near = lit(surroundings.sky, sun, material, 1.0, normal, -ray.direction);
+    let color = mix(far_radiance(surroundings, ray.direction), near, clear_share(surroundings, reach));
+    return Target(vec4(storable(color), 1.0), distance);
 }

@@ -1,5 +1,6 @@
 //! Records passes. There is no other way to run one, and it always has a name and a clock.
 
+use std::borrow::Cow;
 use std::collections::HashMap;
 use std::num::NonZeroU64;
 use std::sync::{Mutex, PoisonError};
@@ -153,6 +154,8 @@ pub struct Recorder {
     /// Whether the next pass is the first of its frame.
     is_new_frame: bool,
     spans: Spans,
+    /// Put before the names of passes.
+    view: &'static str,
 }
 
 /// A frame that was handed to the GPU.
@@ -186,6 +189,7 @@ impl Recorder {
             tallies: None,
             is_new_frame: true,
             spans: Spans::default(),
+            view: "",
         }
     }
 
@@ -218,6 +222,12 @@ impl Recorder {
     /// The GPU's.
     pub fn tallies(&self, gpu: &Gpu) -> Result<Vec<(&'static str, u64)>, GpuError> {
         self.tallies.as_ref().map_or(Ok(Vec::new()), |tallies| tallies.read(gpu))
+    }
+
+    /// Puts `view` before the names of the following passes, which draw for something else than the picture itself, such as what the
+    /// sun sees. They count no work ([`Self::set_counting`]). Empty for the picture.
+    pub fn set_view(&mut self, view: &'static str) {
+        self.view = view;
     }
 
     /// Changes how the following frames are timed.
@@ -263,7 +273,8 @@ impl Recorder {
             return;
         }
         self.begin_frame(gpu);
-        let counting = self.tallies.as_mut().and_then(|tallies| {
+        let tallies = self.tallies.as_mut().filter(|_| self.view.is_empty());
+        let counting = tallies.and_then(|tallies| {
             let (variant, counter) = pipeline.counting(gpu)?;
             Some((variant, tallies.slot(counter)?))
         });
@@ -381,6 +392,10 @@ impl Recorder {
         name: &str,
         record: impl FnOnce(&mut wgpu::CommandEncoder, Option<&wgpu_profiler::GpuProfilerQuery>),
     ) {
+        let name = &*match self.view {
+            "" => Cow::Borrowed(name),
+            view => Cow::Owned(format!("{view}{name}")),
+        };
         let mut encoder =
             self.encoder.take().unwrap_or_else(|| gpu.device.create_command_encoder(&Default::default()));
         let query = self.profiler.as_ref().map(|p| p.begin_pass_query(name, &mut encoder));

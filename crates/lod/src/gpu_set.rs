@@ -62,11 +62,27 @@ impl GpuSet {
         // The old one first, so that its buffers can serve the new one.
         self.set = None;
         let pages = store.get(gpu, set)?;
+        self.take(gpu, set.serial(), pages)
+    }
+
+    /// Takes the set that `other` has, of which something else may be drawn from here. Nothing is until [`Self::update`].
+    ///
+    /// # Errors
+    /// As [`Buffer::write`].
+    pub fn share(&mut self, gpu: &Gpu, other: &Self) -> Result<(), GpuError> {
+        self.set = None;
+        match &other.set {
+            Some((serial, pages)) => self.take(gpu, *serial, Arc::clone(pages)),
+            None => Ok(()),
+        }
+    }
+
+    fn take(&mut self, gpu: &Gpu, serial: u64, pages: Arc<SetPages>) -> Result<(), GpuError> {
         self.lists.iter_mut().try_for_each(|lists| lists.select(gpu, &PageSelection::default()))?;
         while self.lists.len() < pages.pages().len() {
             self.lists.push(PageLists::new(gpu)?);
         }
-        self.set = Some((set.serial(), pages));
+        self.set = Some((serial, pages));
         Ok(())
     }
 

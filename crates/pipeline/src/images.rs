@@ -1,6 +1,6 @@
-use meniscus_gpu::role::{DisplayImage, Radiance, SceneColor, SceneDepth, SceneDistance, SurfaceColor};
+use meniscus_gpu::role::{DisplayImage, Radiance, Role, SceneColor, SceneDepth, SceneDistance, SurfaceColor};
 use meniscus_gpu::{Gpu, GpuError, Image, Texture};
-use meniscus_shading::{SunPath, WaterShadow};
+use meniscus_shading::{Sunlight, SunlightPass};
 use meniscus_ssfr::{SsfrParams, SurfaceImages};
 
 /// Everything that has the size of the picture; made once per size.
@@ -11,7 +11,9 @@ pub(crate) struct FrameImages {
     pub(crate) surface: SurfaceImages,
     /// A single pixel, for water that no attribute colours.
     pub(crate) no_color: Image<SurfaceColor>,
-    pub(crate) sun_path: Image<SunPath>,
+    pub(crate) sunlight: Image<Sunlight>,
+    /// A single pixel, for light that nothing changes.
+    pub(crate) no_shadow: Image<Sunlight>,
     pub(crate) radiance: Image<Radiance>,
     pub(crate) display: Image<DisplayImage>,
 }
@@ -24,7 +26,8 @@ impl FrameImages {
             scene_depth: Texture::new(gpu, size)?,
             surface: SurfaceImages::new(gpu, size, surface)?,
             no_color: Image::new(gpu, [1, 1])?,
-            sun_path: Image::new(gpu, WaterShadow::size_blocks(size))?,
+            sunlight: Image::new(gpu, SunlightPass::size_blocks(size))?,
+            no_shadow: Image::from_pixels(gpu, [1, 1], &[Sunlight::EMPTY])?,
             radiance: Image::new(gpu, size)?,
             display: Image::new(gpu, size)?,
         })

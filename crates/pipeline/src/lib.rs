@@ -21,6 +21,7 @@ mod prepare;
 mod registry;
 mod renderer;
 mod settings;
+mod sun_view;
 mod upload;
 mod world;
 

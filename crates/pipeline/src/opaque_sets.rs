@@ -1,12 +1,20 @@
 use meniscus_core::Look;
-use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder};
+use meniscus_gpu::role::{SceneColor, SceneDistance};
+use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder, Texture};
 use meniscus_scene::Material;
-use meniscus_shading::{SceneGeometry, SolidPass, SolidSurface};
+use meniscus_shading::{SceneGeometry, SolidPass, SolidSurface, SunView};
 use meniscus_ssfr::filter::NoFilter;
 use meniscus_ssfr::{FilterChoice, SplatSet, Ssfr, SsfrParams, SurfaceImages};
 
-use crate::images::FrameImages;
 use crate::{PipelineError, Registry};
+
+/// A drawn scene, which sets become part of.
+pub(crate) struct Scene<'a> {
+    pub(crate) geometry: &'a SceneGeometry,
+    pub(crate) shadows: Option<SunView<'a>>,
+    pub(crate) color: &'a Texture<SceneColor>,
+    pub(crate) distance: &'a Texture<SceneDistance>,
+}
 
 /// Draws the sets that are not water into the opaque scene; made when a frame first has such a set.
 pub(crate) struct OpaqueSets {
@@ -38,32 +46,37 @@ impl OpaqueSets {
         self.images.size()
     }
 
-    /// Draws all `sets` of one look into the images of `scene` in `frame`.
-    #[expect(
-        clippy::too_many_arguments,
-        reason = "the camera comes as values for one stage and as a binding for the other"
-    )]
+    /// Draws all `sets` of one look into `scene`. The camera comes as values for one stage and as a binding for the other.
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder,
         (camera, camera_binding): (&CameraUniform, &Binding),
-        scene: &SceneGeometry,
+        scene: &Scene<'_>,
         look: Look,
         sets: &[SplatSet<'_>],
-        frame: &FrameImages,
     ) {
         let (stage, material) = match look {
             Look::Solid => (&self.solid, "soil"),
             Look::Spheres => (&self.spheres, "plain"),
             Look::Water | Look::Hidden => return,
         };
-        stage.record_opaque(recorder, gpu, camera_binding, sets, &frame.scene_distance, &self.images);
+        stage.record_opaque(recorder, gpu, camera_binding, sets, scene.distance, &self.images);
         let surface = SolidSurface {
             distance: &self.images.distance,
             normal: &self.images.normal,
             material: Material::named(material).unwrap_or_default(),
         };
-        self.pass.record(gpu, recorder, camera, scene, &surface, &frame.scene_color, &frame.scene_distance);
+        let shadows = scene.shadows.as_ref();
+        self.pass.record(
+            gpu,
+            recorder,
+            camera,
+            scene.geometry,
+            shadows,
+            &surface,
+            scene.color,
+            scene.distance,
+        );
     }
 }

@@ -10,7 +10,7 @@ use meniscus_lod::{
     GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
     Viewpoint, explain,
 };
-use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass, WaterShadow};
+use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass};
 use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
 
 use crate::colors::{GpuValues, SurfaceColors};
@@ -18,7 +18,8 @@ use crate::counters;
 use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
 use crate::lod_view::{self, Canvas, Explained, LodView};
-use crate::opaque_sets::OpaqueSets;
+use crate::opaque_sets::{OpaqueSets, Scene};
+use crate::sun_view::{SunView, SunViewNeeds};
 use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, UploadAhead, World};
 
 /// A finished picture.
@@ -49,7 +50,8 @@ pub struct Renderer {
     recorder: Recorder,
     scene: ScenePass,
     surface: Ssfr,
-    shadow: WaterShadow,
+    /// `None` where nothing throws shadows; for the size of the last picture.
+    sun: Option<SunView>,
     lighting: Box<dyn LightingPass>,
     compositor: Compositor,
     geometry: Option<SceneGeometry>,
@@ -77,7 +79,7 @@ impl Renderer {
             recorder: Recorder::new(&gpu, Timing::Stamps),
             scene: ScenePass::new(&gpu)?,
             surface: Ssfr::new(&gpu, &registry.filters, &settings.surface)?,
-            shadow: WaterShadow::new(&gpu)?,
+            sun: None,
             lighting,
             compositor: Compositor::new(&gpu)?,
             geometry: None,
@@ -400,22 +402,34 @@ impl Renderer {
                 self.unstable.add(flaw);
             }
         }
+        if let Some(sun) = &mut self.sun {
+            sun.release(frame);
+        }
         self.select(frame, world, camera, size)?;
         self.fit_opaque(size)?;
+        self.fit_sun(size, world)?;
 
         let uniform = CameraUniform::new(camera, size);
         let camera_binding = self.recorder.uniform(&uniform);
         let (Some(images), Some(geometry)) = (&self.images, &self.geometry) else { return Ok(()) };
+        if let Some(sun) = &mut self.sun {
+            let sets = self.sets.iter().map(|set| &set.gpu);
+            let how = (&self.registry, &self.settings);
+            sun.record(&self.gpu, &mut self.recorder, how, &self.scene, geometry, frame, sets, world)?;
+        }
+        let has_objects = self.opaque.is_some() || !world.scene().objects.is_empty();
+        let shadows = self.sun.as_ref().filter(|_| has_objects).map(SunView::scene);
         self.scene.record(
             &self.gpu,
             &mut self.recorder,
             &uniform,
             geometry,
+            shadows.as_ref(),
             &images.scene_color,
             &images.scene_distance,
             &images.scene_depth,
         );
-        let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(splat_inputs).collect();
+        let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(|set| splat_inputs(&set.gpu)).collect();
         let splats = |look: Look| -> Vec<SplatSet> {
             let of_look = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
             of_look.map(|(set, pages)| splat_set(pages, world, set.selector.selection())).collect()
@@ -424,7 +438,9 @@ impl Renderer {
             let sets = splats(look);
             if let (Some(opaque), false) = (&self.opaque, sets.is_empty()) {
                 let camera = (&uniform, &camera_binding);
-                opaque.record(&self.gpu, &mut self.recorder, camera, geometry, look, &sets, images);
+                let scene =
+                    Scene { geometry, shadows, color: &images.scene_color, distance: &images.scene_distance };
+                opaque.record(&self.gpu, &mut self.recorder, camera, &scene, look, &sets);
             }
         }
         let sets = splats(Look::Water);
@@ -443,17 +459,10 @@ impl Renderer {
                 colored.map(|(from, set)| ColoredSet { set: *set, values: &from.values.pages }).collect();
             colors.record(&self.gpu, &mut self.recorder, &camera_binding, &colored, &images.surface);
         }
-        self.shadow.record(
-            &self.gpu,
-            &mut self.recorder,
-            &uniform,
-            geometry.surroundings(),
-            world.scale(),
-            &images.surface.distance,
-            &images.surface.thickness,
-            &images.scene_distance,
-            &images.sun_path,
-        );
+        let has_sunlight = self.sun.is_some() && self.lighting.uses_sunlight();
+        if let (Some(sun), true) = (&self.sun, has_sunlight) {
+            sun.record_sunlight(&self.gpu, &mut self.recorder, &uniform, has_objects, images);
+        }
         let inputs = LightingInputs {
             camera: &uniform,
             surroundings: geometry.surroundings(),
@@ -465,7 +474,7 @@ impl Renderer {
             surface_color: self.colors.as_ref().map_or(&images.no_color, |colors| &colors.image),
             scene_color: &images.scene_color,
             scene_distance: &images.scene_distance,
-            sun_path: &images.sun_path,
+            sunlight: if has_sunlight { &images.sunlight } else { &images.no_shadow },
         };
         self.lighting.record(&self.gpu, &mut self.recorder, &inputs, &images.radiance);
         self.compositor.record(
@@ -510,6 +519,22 @@ impl Renderer {
         Ok(())
     }
 
+    /// Makes what throws shadows, if anything does.
+    fn fit_sun(&mut self, size: [u32; 2], world: &World) -> Result<(), PipelineError> {
+        if self.sun.as_ref().is_some_and(|sun| sun.picture() == size) {
+            return Ok(());
+        }
+        // The old one first: two may not fit.
+        self.sun = None;
+        let needs = SunViewNeeds {
+            size,
+            sunlight: self.lighting.uses_sunlight(),
+            objects: self.opaque.is_some() || !world.scene().objects.is_empty(),
+        };
+        self.sun = SunView::new(&self.gpu, &self.registry, &self.settings, world, &needs)?;
+        Ok(())
+    }
+
     /// Uploads the sets and what of them is kept, where either has changed.
     fn select(
         &mut self,
@@ -536,7 +561,7 @@ impl Renderer {
 }
 
 /// Looks that become part of the opaque scene, in the order drawn.
-const OPAQUE_LOOKS: [Look; 2] = [Look::Solid, Look::Spheres];
+pub(crate) const OPAQUE_LOOKS: [Look; 2] = [Look::Solid, Look::Spheres];
 
 impl DrawnSet {
     fn new() -> Self {
@@ -549,7 +574,7 @@ impl DrawnSet {
     }
 }
 
-fn viewpoint(world: &World, camera: &Camera, size_px: [u32; 2]) -> Viewpoint {
+pub(crate) fn viewpoint(world: &World, camera: &Camera, size_px: [u32; 2]) -> Viewpoint {
     Viewpoint {
         camera: *camera,
         size_px,
@@ -558,7 +583,11 @@ fn viewpoint(world: &World, camera: &Camera, size_px: [u32; 2]) -> Viewpoint {
     }
 }
 
-fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, selection: &Selection) -> SplatSet<'a> {
+pub(crate) fn splat_set<'a>(
+    pages: &'a [SplatInput<'a>],
+    world: &World,
+    selection: &Selection,
+) -> SplatSet<'a> {
     SplatSet {
         pages,
         radius_world: world.space().radius as f32,
@@ -576,8 +605,8 @@ fn splat_set<'a>(pages: &'a [SplatInput<'a>], world: &World, selection: &Selecti
     }
 }
 
-fn splat_inputs(set: &DrawnSet) -> Vec<SplatInput<'_>> {
-    set.gpu.pages().map(|(page, lists)| splat_input(page, lists)).collect()
+pub(crate) fn splat_inputs(set: &GpuSet) -> Vec<SplatInput<'_>> {
+    set.pages().map(|(page, lists)| splat_input(page, lists)).collect()
 }
 
 fn splat_input<'a>(page: &'a SetPage, lists: &'a PageLists) -> SplatInput<'a> {

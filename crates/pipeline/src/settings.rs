@@ -31,7 +31,7 @@ pub struct Settings {
 }
 
 /// What surrounds the water, beside what a scene file says.
-#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SceneSettings {
     /// Scene file (TOML); none: the automatic scene.
@@ -45,9 +45,36 @@ pub struct SceneSettings {
     /// Azimuth (from north, clockwise seen from above) and elevation of the sun in degrees; without a picture of the
     /// surroundings the sky is what the atmosphere makes of it.
     pub sun: Option<[f32; 2]>,
+    /// Whether the sun throws shadows: of objects on objects and on water, and of water on what lies under and behind it. For these,
+    /// the water is drawn a second time as the sun sees it, but only when data or sun change.
+    pub shadows: bool,
+    /// How strongly waves gather and scatter the sun's light on the ground, 0 (not at all) to 1 (as light does); needs shadows.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub caustics: f32,
+}
+
+impl Default for SceneSettings {
+    fn default() -> Self {
+        Self {
+            file: None,
+            floor: None,
+            walls: None,
+            environment: None,
+            sun: None,
+            shadows: true,
+            caustics: 0.5,
+        }
+    }
 }
 
 impl SceneSettings {
+    fn validate(&self) -> Result<(), SettingsError> {
+        if (0.0..=1.0).contains(&self.caustics) {
+            return Ok(());
+        }
+        Err(SettingsError::Stage(format!("scene.caustics is {}, expected 0 to 1", self.caustics)))
+    }
+
     pub(crate) fn apply(&self, mut description: Description) -> Description {
         if let Some(floor) = self.floor {
             description.floor.visible = floor;
@@ -192,6 +219,7 @@ impl Settings {
         self.surface.validate().map_err(SettingsError::stage)?;
         self.post.validate().map_err(SettingsError::stage)?;
         self.color.validate().map_err(SettingsError::stage)?;
+        self.scene.validate()?;
         let known = |kind: &str, name: &str, names: Vec<&str>| {
             if names.contains(&name) {
                 return Ok(());

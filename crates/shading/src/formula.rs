@@ -130,6 +130,10 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         Ok(())
     }
 
+    fn uses_sunlight(&self) -> bool {
+        self.pipeline.plain().binds("sunlight")
+    }
+
     fn record(
         &self,
         gpu: &Gpu,

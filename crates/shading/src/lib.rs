@@ -17,10 +17,10 @@ mod parameters;
 mod pictured;
 mod registry;
 mod solid;
+mod sun_view;
 mod surroundings;
 pub mod twin;
 mod vtk_names;
-mod water_shadow;
 
 pub use environment::{EnvironmentMap, EnvironmentSize, EnvironmentTexels};
 pub use error::ShadingError;
@@ -36,9 +36,9 @@ pub use models::{
 pub use opaque_scene::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
 pub use solid::{SolidPass, SolidSurface};
+pub use sun_view::{Caustics, CausticsPass, Landed, SunView, SunWater, Sunlight, SunlightPass};
 pub use surroundings::{MaterialUniform, SkyUniform, Surroundings};
 pub use vtk_names::VTK_NAMES;
-pub use water_shadow::{SunPath, WaterShadow};
 
 use meniscus_gpu::{Shader, shader};
 
@@ -48,6 +48,8 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/material"),
     shader!(include "shading/sky"),
     shader!(include "shading/lit"),
+    shader!(include "shading/sun_view"),
+    shader!(include "shading/sunlight"),
     shader!(include "shading/environment"),
     shader!(include "shading/surroundings"),
     shader!(include "shading/scene_point"),

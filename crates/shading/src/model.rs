@@ -4,7 +4,7 @@ use meniscus_gpu::role::{
 use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
-use crate::{EnvironmentMap, ShadingError, SunPath, Surroundings};
+use crate::{EnvironmentMap, ShadingError, Sunlight, Surroundings};
 
 /// A model's parameters as JSON: what flags, files and panels deal in.
 pub type Parameters = serde_json::Map<String, serde_json::Value>;
@@ -40,7 +40,7 @@ impl WaterScale {
     }
 }
 
-/// What a lighting model reads. All images but `sun_path` and an empty `surface_color` have the camera's size.
+/// What a lighting model reads. All images but `sunlight` and an empty `surface_color` have the camera's size.
 #[derive(Clone, Copy, Debug)]
 pub struct LightingInputs<'a> {
     /// The camera that everything was drawn with.
@@ -64,8 +64,9 @@ pub struct LightingInputs<'a> {
     pub scene_color: &'a Texture<SceneColor>,
     /// Its distance.
     pub scene_distance: &'a Texture<SceneDistance>,
-    /// Length of water between scene and sun, from [`WaterShadow`](crate::WaterShadow); zeros for no shadow.
-    pub sun_path: &'a Image<SunPath>,
+    /// What becomes of the sun's light on its way to scene and water, from [`SunlightPass`](crate::SunlightPass), or a single pixel
+    /// of [`Sunlight`]'s empty value where nothing throws a shadow.
+    pub sunlight: &'a Image<Sunlight>,
 }
 
 impl LightingInputs<'_> {
@@ -81,7 +82,7 @@ impl LightingInputs<'_> {
             ("surface_colors", self.surface_color.bind()),
             ("scene_color", self.scene_color.bind()),
             ("scene_distance", self.scene_distance.bind()),
-            ("sun_paths", self.sun_path.bind()),
+            ("sunlight", self.sunlight.bind()),
         ]
     }
 }
@@ -137,6 +138,11 @@ pub trait LightingPass: Send + Sync {
     /// # Errors
     /// Unknown names, wrong types, values out of range; the old parameters then stay.
     fn set_parameters(&mut self, parameters: &Parameters) -> Result<(), ShadingError>;
+
+    /// Whether the pass looks at [`LightingInputs::sunlight`]; if not, it need not be found.
+    fn uses_sunlight(&self) -> bool {
+        true
+    }
 
     /// Writes linear radiance for every pixel: water over scene where there is water, the scene elsewhere. Alpha is the
     /// coverage by water or objects.

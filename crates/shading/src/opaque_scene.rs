@@ -10,7 +10,7 @@ use meniscus_gpu::{
 use meniscus_scene::{Scene, Sides};
 
 use crate::pictured::Pictured;
-use crate::{EnvironmentMap, INCLUDES, MaterialUniform, ShadingError, Surroundings};
+use crate::{EnvironmentMap, INCLUDES, MaterialUniform, ShadingError, SunView, Surroundings};
 
 pub(crate) const BACKGROUND: Shader = shader!("shading/background");
 const OBJECTS: Shader = shader!("shading/objects");
@@ -137,6 +137,8 @@ impl ScenePass {
     /// view axis (`f32::MAX` for sky) and reversed depth of the objects (near / distance). Sky and floor are
     /// `shading.background`, a compute pass, since hardware without display has next to nothing that fills pixels; where there are
     /// objects, `shading.objects` draws them over it.
+    ///
+    /// With `shadows`, objects throw shadows.
     #[expect(clippy::too_many_arguments, reason = "three targets of one picture, each with its own role")]
     pub fn record(
         &self,
@@ -144,12 +146,15 @@ impl ScenePass {
         recorder: &mut Recorder,
         camera: &CameraUniform,
         scene: &SceneGeometry,
+        shadows: Option<&SunView<'_>>,
         color: &Texture<SceneColor>,
         distance: &Texture<SceneDistance>,
         depth: &Texture<SceneDepth>,
     ) {
         let surroundings = scene.surroundings();
-        let pipeline = self.background.choose(gpu, surroundings, |defined| compile_background(gpu, defined));
+        let shadowed = shadows.is_some();
+        let compile = |defined: &_| compile_background(gpu, defined);
+        let pipeline = self.background.choose_shadowed(gpu, surroundings, shadowed, compile);
         let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(surroundings)),
@@ -157,13 +162,15 @@ impl ScenePass {
             ("scene_color", color.bind()),
             ("scene_distance", distance.bind()),
         ];
+        bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));
         let size = Dispatch::Pixels(color.size());
         recorder.compute(gpu, "shading.background", pipeline, &bindings, size);
         if scene.triangles.is_empty() {
             return;
         }
-        let pipeline = self.objects.choose(gpu, surroundings, |defined| compile_objects(gpu, defined));
+        let compile = |defined: &_| compile_objects(gpu, defined);
+        let pipeline = self.objects.choose_shadowed(gpu, surroundings, shadowed, compile);
         let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(surroundings)),
@@ -172,6 +179,7 @@ impl ScenePass {
             ("triangles", scene.triangles.bind()),
             ("materials", scene.materials.bind()),
         ];
+        bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));
         let targets = [(color.view(), None), (distance.view(), None)];
         // A triangle more, of a point: given three vertices in all, lavapipe of Mesa 22.3.6 on processors without AVX (vectors

@@ -4,34 +4,56 @@ use meniscus_gpu::{Definition, Gpu, GpuError};
 
 use crate::Surroundings;
 
-/// A pass that looks at the surroundings: as it is with the sky, and another one, made when it is first needed, for a picture
-/// in place of the sky.
+/// A pass that looks at the surroundings, in variants that are made when they are first needed: with a picture in place of the
+/// sky, with shadows. Software drivers run through both sides of a choice in a shader.
 #[derive(Debug)]
 pub(crate) struct Pictured<P> {
-    sky: P,
-    picture: OnceLock<Option<P>>,
+    plain: P,
+    /// Pictured, shadowed, both; the first is never made.
+    variants: [OnceLock<Option<P>>; 4],
 }
 
-/// Compiles the variant for a picture.
 const PICTURED: Definition = Definition { name: "PICTURED", value: 1 };
+const SHADOWED: Definition = Definition { name: "SHADOWED", value: 1 };
 
 impl<P> Pictured<P> {
     /// `compile` makes the pass with these definitions.
     pub(crate) fn new(compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>) -> Result<Self, GpuError> {
-        Ok(Self { sky: compile(&[])?, picture: OnceLock::new() })
+        Ok(Self { plain: compile(&[])?, variants: Default::default() })
     }
 
-    /// The pass for these surroundings. What keeps it from compiling comes out of [`Gpu::wait`].
+    /// The pass as it is with the sky and without shadows.
+    pub(crate) fn plain(&self) -> &P {
+        &self.plain
+    }
+
+    /// The pass for these surroundings, without shadows. What keeps it from compiling comes out of [`Gpu::wait`].
     pub(crate) fn choose(
         &self,
         gpu: &Gpu,
         surroundings: &Surroundings,
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        if surroundings.environment.sharp[0] == 0 {
-            return &self.sky;
+        self.choose_shadowed(gpu, surroundings, false, compile)
+    }
+
+    /// As [`Self::choose`], with the shadows that objects throw if `is_shadowed`.
+    pub(crate) fn choose_shadowed(
+        &self,
+        gpu: &Gpu,
+        surroundings: &Surroundings,
+        is_shadowed: bool,
+        compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
+    ) -> &P {
+        let is_pictured = surroundings.environment.sharp[0] != 0;
+        let mut definitions = Vec::new();
+        definitions.extend(is_pictured.then_some(PICTURED));
+        definitions.extend(is_shadowed.then_some(SHADOWED));
+        if definitions.is_empty() {
+            return &self.plain;
         }
-        let make = || compile(&[PICTURED]).inspect_err(|error| gpu.report(error)).ok();
-        self.picture.get_or_init(make).as_ref().unwrap_or(&self.sky)
+        let make = || compile(&definitions).inspect_err(|error| gpu.report(error)).ok();
+        let variant = &self.variants[usize::from(is_pictured) + 2 * usize::from(is_shadowed)];
+        variant.get_or_init(make).as_ref().unwrap_or(&self.plain)
     }
 }

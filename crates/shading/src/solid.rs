@@ -6,7 +6,7 @@ use meniscus_gpu::{
 use meniscus_scene::Material;
 
 use crate::pictured::Pictured;
-use crate::{INCLUDES, MaterialUniform, SceneGeometry, ShadingError};
+use crate::{INCLUDES, MaterialUniform, SceneGeometry, ShadingError, SunView};
 
 const SHADER: Shader = shader!("shading/solid");
 
@@ -38,6 +38,7 @@ impl SolidPass {
     }
 
     /// Draws `surface` as `shading.solid` of `scene` over what `color` and `distance` hold; all images have the camera's size.
+    /// With `shadows`, it lies in the shadow of objects.
     #[expect(clippy::too_many_arguments, reason = "two targets of one pass, each with its own role")]
     pub fn record(
         &self,
@@ -45,12 +46,15 @@ impl SolidPass {
         recorder: &mut Recorder,
         camera: &CameraUniform,
         scene: &SceneGeometry,
+        shadows: Option<&SunView<'_>>,
         surface: &SolidSurface<'_>,
         color: &Texture<SceneColor>,
         distance: &Texture<SceneDistance>,
     ) {
         let pipeline =
-            self.pipeline.choose(gpu, scene.surroundings(), |definitions| compile(gpu, definitions));
+            self.pipeline.choose_shadowed(gpu, scene.surroundings(), shadows.is_some(), |definitions| {
+                compile(gpu, definitions)
+            });
         let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(scene.surroundings())),
@@ -59,6 +63,7 @@ impl SolidPass {
             ("distances", surface.distance.bind()),
             ("normals", surface.normal.bind()),
         ];
+        bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));
         let targets = [(color.view(), None), (distance.view(), None)];
         recorder.raster(gpu, "shading.solid", pipeline, &bindings, &targets, None, |pass| {

@@ -22,6 +22,7 @@ mod report;
 mod same_bytes;
 mod selection;
 mod sequence;
+mod shadows;
 mod trace;
 mod walls;
 

@@ -31,7 +31,9 @@ pub(super) fn twin(run: &Run<'_>) -> Outcome {
             .collect();
         let mut pictured = colored.clone();
         pictured.set_scene(pictured_scene());
-        for frame in [plain, colored, pictured] {
+        let mut dappled = plain.clone();
+        dappled.dapple();
+        for frame in [plain, colored, pictured, dappled] {
             let (found, expected) = (run.on_gpu(&frame)?, frame.twin(&*model));
             let off = |i: usize| {
                 let channel = |c: usize| (found[i][c] - expected[i][c]).abs() / (0.05 + expected[i][c].abs());

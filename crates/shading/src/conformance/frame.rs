@@ -1,14 +1,14 @@
 use glam::{Mat4, Vec2, Vec3};
 use half::f16;
 use meniscus_core::{Aabb, Camera};
-use meniscus_gpu::role::{NO_SURFACE, SceneColor, SceneDistance};
+use meniscus_gpu::role::{NO_SURFACE, Role, SceneColor, SceneDistance};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture, Timing};
 use meniscus_scene::Scene;
 
-use crate::twin::{TwinInput, water_shadow};
+use crate::twin::TwinInput;
 use crate::{
-    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ShadingError, Surroundings, WaterScale,
-    WaterShadow,
+    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ShadingError, Sunlight, SunlightPass,
+    Surroundings, WaterScale,
 };
 
 /// Surface images of one view, row by row from the top left.
@@ -110,6 +110,8 @@ pub struct Frame {
     pub scene_color: Vec<[f32; 4]>,
     /// Its distance.
     pub scene_distance: Vec<f32>,
+    /// What becomes of the sun's light, per block or a single value.
+    pub sunlight: Vec<[u32; 2]>,
 }
 
 impl Frame {
@@ -132,6 +134,7 @@ impl Frame {
             surface_color: vec![[0.0; 4]],
             scene_color: vec![color; pixels],
             scene_distance: vec![distance; pixels],
+            sunlight: vec![Sunlight::EMPTY],
         }
     }
 
@@ -139,6 +142,21 @@ impl Frame {
     pub fn set_scene(&mut self, scene: Scene) {
         self.surroundings = Surroundings::new(&scene);
         self.scene = scene;
+    }
+
+    /// Shadows of all depths, and light focused to half and to one and a half.
+    pub fn dapple(&mut self) {
+        let [width, height] = SunlightPass::size_blocks(self.camera.size_px);
+        let depth = self.scale.depth_world;
+        let value = |i: u32| {
+            let (x, y) = ((i % width) as f32, (i / width) as f32);
+            Sunlight::pack(
+                depth * (0.3 * x).sin().max(0.0),
+                1.0 + 0.5 * (0.7 * y).sin(),
+                0.5 + 0.5 * (0.2 * (x + y)).cos(),
+            )
+        };
+        self.sunlight = (0..width * height).map(value).collect();
     }
 
     /// What the GPU makes of it.
@@ -153,6 +171,8 @@ impl Frame {
         let scene_distance = Texture::<SceneDistance>::new(gpu, size)?;
         scene_distance.write(gpu, bytemuck::cast_slice(&self.scene_distance));
         let color_size = if self.surface_color.len() == 1 { [1, 1] } else { size };
+        let blocks = SunlightPass::size_blocks(size);
+        let sunlight_size = if self.sunlight.len() == 1 { [1, 1] } else { blocks };
         let inputs = LightingInputs {
             camera: &self.camera,
             surroundings: &self.surroundings,
@@ -164,7 +184,7 @@ impl Frame {
             surface_color: &Image::from_pixels(gpu, color_size, &self.surface_color)?,
             scene_color: &scene_color,
             scene_distance: &scene_distance,
-            sun_path: &Image::from_pixels(gpu, WaterShadow::size_blocks(size), &self.sun_path())?,
+            sunlight: &Image::from_pixels(gpu, sunlight_size, &self.sunlight)?,
         };
         // What a pass forgets to write is then seen.
         let output = Image::from_pixels(gpu, size, &vec![[-1.0; 4]; self.scene_color.len()])?;
@@ -187,7 +207,7 @@ impl Frame {
             surface_color: &self.surface_color,
             scene_color: &self.scene_color,
             scene_distance: &self.scene_distance,
-            sun_path: &self.sun_path(),
+            sunlight: &self.sunlight,
         };
         let [width, height] = self.camera.size_px;
         (0..width * height).map(|i| model.twin(&input, [i % width, i / width])).collect()
@@ -197,16 +217,5 @@ impl Frame {
     pub fn place(&self, pixel: usize) -> String {
         let [width, height] = self.camera.size_px;
         format!("pixel ({}, {}) of {width}x{height}", pixel as u32 % width, pixel as u32 / width)
-    }
-
-    fn sun_path(&self) -> Vec<f32> {
-        water_shadow(
-            &self.camera,
-            &self.surroundings,
-            self.scale,
-            &self.water.distance,
-            &self.water.thickness,
-            &self.scene_distance,
-        )
     }
 }

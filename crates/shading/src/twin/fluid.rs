@@ -10,10 +10,11 @@ use super::medium::transmitted;
 use super::neighbourhood::{Neighbourhood, neighbourhood};
 use super::reflection::{mirrored, sun_glint};
 use super::refraction::{Path, background, refracted_path};
-use super::shadow::shadow;
+use super::shadow::{shadow, sky_at};
 use super::view::{point_to_world, to_world};
 use super::water::{WaterPoint, center_px, coverage, over, water_point};
 use super::{TwinInput, mix, smoothstep};
+use crate::SkyUniform;
 use crate::models::FluidUniform;
 
 const MAX_SHADOW: f32 = 0.55;
@@ -29,16 +30,18 @@ fn wet(fluid: &FluidUniform, input: &TwinInput<'_>, path: &Path) -> f32 {
     1.0 - contact + ratio * contact
 }
 
+#[expect(clippy::too_many_arguments, reason = "as many as the shader's, and what that has as globals")]
 fn shade(
     fluid: &FluidUniform,
     input: &TwinInput<'_>,
+    sky: &SkyUniform,
     water: &WaterPoint,
     around: &Neighbourhood,
     behind: Vec3,
     path_world: f32,
     tint: Vec4,
 ) -> Vec3 {
-    let (camera, sky) = (input.camera, &input.surroundings.sky);
+    let camera = input.camera;
     let normal = to_world(camera, water.normal_view);
     let to_eye = to_world(camera, water.to_eye_view);
     let position = point_to_world(camera, water.position_view);
@@ -51,8 +54,7 @@ fn shade(
     let drop = smoothstep(0.65, 1.0, around.isolation);
     let alpha = (fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread).sqrt().min(0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
-    let glint =
-        facing * sun_glint(input.surroundings, normal, to_eye, water.n_v, alpha, fluid.refractive_index);
+    let glint = facing * sun_glint(sky, normal, to_eye, water.n_v, alpha, fluid.refractive_index);
 
     let cosine = (water.n_v * water.n_v + 0.2 * around.spread).sqrt().min(1.0);
     let reflectance = fresnel_dielectric(cosine, fluid.refractive_index);
@@ -88,6 +90,7 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     let dim = shadow(path.end_px);
     let behind = background(input, path.end_px, path.nearest_distance, scene.truncate());
     let behind = dim * wet(fluid, input, &path) * behind;
-    let color = shade(fluid, input, &water, &around, behind, path.length_world, input.tint(index));
+    let sky = &sky_at(input, pixel);
+    let color = shade(fluid, input, sky, &water, &around, behind, path.length_world, input.tint(index));
     over(scene * dim.extend(1.0), color, coverage(thickness, fluid.spacing_world))
 }

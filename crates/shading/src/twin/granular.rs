@@ -7,7 +7,7 @@ use glam::{IVec2, Vec3, Vec4};
 use super::body::ambient;
 use super::brdf::fresnel_dielectric;
 use super::reflection::{mirrored, sun_glint};
-use super::shadow::shadow;
+use super::shadow::{shadow, sky_at};
 use super::view::{point_to_world, px_per_world, to_world, view_position};
 use super::water::{WaterPoint, center_px, coverage, over};
 use super::{TwinInput, mix};
@@ -49,7 +49,7 @@ pub(crate) fn shade_pixel(model: &GranularUniform, input: &TwinInput<'_>, pixel:
     if !input.shows_water(index) {
         return scene.to_array();
     }
-    let sky = &input.surroundings.sky;
+    let sky = &sky_at(input, pixel);
     let water = input.plain_water_point(pixel, index);
     let normal = to_world(input.camera, water.normal_view);
     let to_eye = to_world(input.camera, water.to_eye_view);
@@ -71,7 +71,7 @@ pub(crate) fn shade_pixel(model: &GranularUniform, input: &TwinInput<'_>, pixel:
     let position = point_to_world(input.camera, water.position_view);
     let direction = mirrored(input.surroundings, normal, to_eye);
     let mirror = input.mirror_radiance(position, direction, FILM_ALPHA);
-    let glint = sun_glint(input.surroundings, normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
+    let glint = sun_glint(sky, normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
     let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
     let color = mix(body, mirror, film) + wet * open * glint;
     over(scene, color, coverage(input.thickness[index], model.spacing_world))

@@ -19,9 +19,6 @@ pub(crate) mod surroundings;
 mod view;
 pub(crate) mod vtk;
 mod water;
-mod water_shadow;
-
-pub use water_shadow::water_shadow;
 
 use glam::Vec3;
 use meniscus_gpu::CameraUniform;
@@ -51,8 +48,8 @@ pub struct TwinInput<'a> {
     pub scene_color: &'a [[f32; 4]],
     /// Distance of the opaque scene along the view axis; `f32::MAX` = sky.
     pub scene_distance: &'a [f32],
-    /// Length of water between scene and sun per block of pixels, e.g. by [`water_shadow()`].
-    pub sun_path: &'a [f32],
+    /// What becomes of the sun's light, per block of pixels as [`Sunlight`](crate::Sunlight) has it, or a single value.
+    pub sunlight: &'a [[u32; 2]],
 }
 
 impl TwinInput<'_> {

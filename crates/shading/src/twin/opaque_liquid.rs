@@ -8,7 +8,7 @@ use super::body::{COLOR_MIRROR, LEGEND_SOFTNESS, soft_irradiance};
 use super::brdf::fresnel_dielectric;
 use super::neighbourhood::neighbourhood;
 use super::reflection::{mirrored, sun_glint};
-use super::shadow::shadow;
+use super::shadow::{shadow, sky_at};
 use super::view::{point_to_world, to_world};
 use super::water::{center_px, coverage, over, water_point};
 use super::{TwinInput, mix, smoothstep};
@@ -26,7 +26,7 @@ pub(crate) fn shade_pixel(model: &OpaqueLiquidUniform, input: &TwinInput<'_>, pi
     if !input.shows_water(index) {
         return scene.to_array();
     }
-    let sky = &input.surroundings.sky;
+    let sky = &sky_at(input, pixel);
     let distance = input.distance[index];
     let around = neighbourhood(input, pixel, distance, model.spacing_world);
     let water = water_point(input, pixel, distance, around.normal_sum);
@@ -39,8 +39,7 @@ pub(crate) fn shade_pixel(model: &OpaqueLiquidUniform, input: &TwinInput<'_>, pi
     let body = albedo * soft_irradiance(sky, normal, softness) / PI;
     let alpha = (model.alpha * model.alpha + 0.5 * around.spread).sqrt().min(0.6);
     let facing = smoothstep(0.15, 0.5, water.n_v);
-    let glint =
-        facing * sun_glint(input.surroundings, normal, to_eye, water.n_v, alpha, model.refractive_index);
+    let glint = facing * sun_glint(sky, normal, to_eye, water.n_v, alpha, model.refractive_index);
     let position = point_to_world(input.camera, water.position_view);
     let direction = mirrored(input.surroundings, normal, to_eye);
     let mirror = input.mirror_radiance(position, direction, model.alpha);

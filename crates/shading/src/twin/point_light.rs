@@ -8,7 +8,7 @@ use super::medium::transmitted;
 use super::neighbourhood::neighbourhood;
 use super::reflection::mirrored;
 use super::refraction::{background, refracted_path};
-use super::shadow::shadow;
+use super::shadow::{shadow, sky_at};
 use super::view::{point_to_world, to_world};
 use super::water::{center_px, coverage, over, water_point};
 use super::{TwinInput, mix};
@@ -27,7 +27,7 @@ pub(crate) fn shade_pixel(model: &PointLightUniform, input: &TwinInput<'_>, pixe
         return (scene * shadow(center_px(pixel)).extend(1.0)).to_array();
     }
     let (distance, thickness) = (input.distance[index], input.thickness[index]);
-    let sky = &input.surroundings.sky;
+    let sky = &sky_at(input, pixel);
     let around = neighbourhood(input, pixel, distance, model.spacing_world);
     let water = water_point(input, pixel, distance, around.normal_sum);
     let normal = to_world(input.camera, water.normal_view);

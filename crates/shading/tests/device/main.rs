@@ -5,4 +5,5 @@ mod conformance;
 mod fluid;
 mod mistakes;
 mod scene;
+mod sunlight;
 mod support;

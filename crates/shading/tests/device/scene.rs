@@ -5,11 +5,11 @@ use std::sync::Arc;
 use crate::support::{draw_scene, gpu, tiled_scene};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
-use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Thickness, ViewNormal};
+use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Role, Thickness, ViewNormal};
 use meniscus_gpu::{CameraUniform, Image, Recorder, Timing};
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
 use meniscus_shading::{
-    EnvironmentMap, Fluid, LightingInputs, LightingModel, SunPath, Surroundings, WaterScale, WaterShadow,
+    EnvironmentMap, Fluid, LightingInputs, LightingModel, Sunlight, Surroundings, WaterScale,
 };
 
 const SIZE: [u32; 2] = [80, 60];
@@ -23,7 +23,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let water = Image::<EyeDistance>::from_pixels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
     let thickness = Image::<Thickness>::from_pixels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
     let normal = Image::<ViewNormal>::from_pixels(&gpu, SIZE, &vec![0; pixels]).unwrap();
-    let sun_path = Image::<SunPath>::new(&gpu, WaterShadow::size_blocks(SIZE)).unwrap();
+    let sunlight = Image::<Sunlight>::from_pixels(&gpu, [1, 1], &[Sunlight::EMPTY]).unwrap();
     let output = Image::<Radiance>::new(&gpu, SIZE).unwrap();
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);
     let inputs = LightingInputs {
@@ -37,7 +37,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         surface_color: &Image::new(&gpu, [1, 1]).unwrap(),
         scene_color: &color,
         scene_distance: &distance,
-        sun_path: &sun_path,
+        sunlight: &sunlight,
     };
     Fluid::default().compile(&gpu).unwrap().record(&gpu, &mut recorder, &inputs, &output);
     let _ = recorder.submit(&gpu).unwrap();

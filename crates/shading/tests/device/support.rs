@@ -34,7 +34,16 @@ pub fn draw_scene(
     let depth = Texture::<SceneDepth>::new(gpu, size).unwrap();
     let geometry = SceneGeometry::new(gpu, scene).unwrap();
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
-    ScenePass::new(gpu).unwrap().record(gpu, &mut recorder, camera, &geometry, &color, &distance, &depth);
+    ScenePass::new(gpu).unwrap().record(
+        gpu,
+        &mut recorder,
+        camera,
+        &geometry,
+        None,
+        &color,
+        &distance,
+        &depth,
+    );
     let _ = recorder.submit(gpu).unwrap();
     (color, distance)
 }

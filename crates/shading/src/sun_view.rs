@@ -1,0 +1,231 @@
+//! Where the sun's light gets to, from a picture of scene and water as the sun sees them.
+
+use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::role::{EyeDistance, Role, SceneDistance, Thickness, ViewNormal};
+use meniscus_gpu::{
+    Binding, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField,
+    HostStruct, Image, Recorder, Shader, Texture, host_fields, shader,
+};
+
+use crate::{INCLUDES, ShadingError};
+
+const SUNLIGHT: Shader = shader!("shading/sunlight");
+/// Objects throw shadows on the water.
+const OBJECTS: Definition = Definition { name: "OBJECTS", value: 1 };
+const PHOTONS: Shader = shader!("shading/photons");
+const CAUSTICS: Shader = shader!("shading/caustics");
+
+/// What becomes of the sun's light on its way, one value per [`SunlightPass::BLOCK_PX`] squared pixels: length of water that it
+/// crosses to the opaque scene (world units), its irradiance there relative to water without waves, and the share that reaches
+/// the water's surface (0 to 1), packed by [`Sunlight::pack`].
+#[derive(Clone, Copy, Debug)]
+pub enum Sunlight {}
+
+impl Role for Sunlight {
+    type Element = [u32; 2];
+    const NAME: &'static str = "Sunlight";
+    const UNIT: &'static str = "world units towards the sun, ratio, share";
+    /// No water, all light.
+    const EMPTY: [u32; 2] = [0, 0xffff_4000];
+}
+
+impl Sunlight {
+    /// A value from its three numbers, a length in world units, a ratio below 4, and a share; `shaders/shading/sunlight.inc.wgsl`.
+    pub fn pack(path_world: f32, focus: f32, share: f32) -> [u32; 2] {
+        let low = (focus * 16384.0 + 0.5).clamp(0.0, 65535.0) as u32;
+        [path_world.to_bits(), low | ((share.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32) << 16]
+    }
+
+    /// The inverse of [`Self::pack`].
+    pub fn unpack([path, rest]: [u32; 2]) -> [f32; 3] {
+        [f32::from_bits(path), (rest & 0xffff) as f32 / 16384.0, (rest >> 16) as f32 / 65535.0]
+    }
+}
+
+/// Light that landed in a pixel of the sun's picture.
+#[derive(Clone, Copy, Debug)]
+pub enum Landed {}
+
+impl Role for Landed {
+    type Element = u32;
+    const NAME: &'static str = "Landed";
+    const UNIT: &'static str = "1/4096 of a pixel's light";
+    const EMPTY: u32 = 0;
+}
+
+/// How much brighter waves make the scene, in the sun's picture.
+#[derive(Clone, Copy, Debug)]
+pub enum Caustics {}
+
+impl Role for Caustics {
+    type Element = f32;
+    const NAME: &'static str = "Caustics";
+    const UNIT: &'static str = "irradiance / irradiance without waves";
+    const EMPTY: f32 = 1.0;
+}
+
+/// The opaque scene as the sun sees it.
+#[derive(Clone, Copy, Debug)]
+pub struct SunView<'a> {
+    /// A parallel projection along the sun's rays.
+    pub camera: &'a CameraUniform,
+    /// Distance, of the camera's size.
+    pub scene_distance: &'a Texture<SceneDistance>,
+}
+
+/// The water as the sun sees it; all images have the size of the [`SunView`]'s camera.
+#[derive(Clone, Copy, Debug)]
+pub struct SunWater<'a> {
+    /// Smoothed surface.
+    pub distance: &'a Image<EyeDistance>,
+    /// Length of water along the sun's rays, up to the opaque scene.
+    pub thickness: &'a Image<Thickness>,
+    /// From [`CausticsPass`], or 1 everywhere.
+    pub caustics: &'a Image<Caustics>,
+}
+
+impl SunView<'_> {
+    /// What `meniscus::sun_view` declares.
+    pub(crate) fn bindings(&self, recorder: &mut Recorder) -> [(&'static str, Binding); 2] {
+        [("sun_camera", recorder.uniform(self.camera)), ("sun_scene_distance", self.scene_distance.bind())]
+    }
+}
+
+/// Finds what sunlight arrives where the picture shows scene or water.
+#[derive(Debug)]
+pub struct SunlightPass {
+    /// With water and the floor only, and with objects.
+    pipelines: [ComputePipeline; 2],
+}
+
+impl SunlightPass {
+    /// Pixels per side of a block that shares one value.
+    pub const BLOCK_PX: u32 = 2;
+
+    /// Compiles the pass.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when the shader does not compile.
+    pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
+        Ok(Self { pipelines: [compile(gpu, SUNLIGHT, &[])?, compile(gpu, SUNLIGHT, &[OBJECTS])?] })
+    }
+
+    /// Size of the [`Sunlight`] image for a picture of `size` pixels.
+    pub fn size_blocks(size: [u32; 2]) -> [u32; 2] {
+        size.map(|pixels| pixels.div_ceil(Self::BLOCK_PX))
+    }
+
+    /// Records `shading.sunlight`; `has_objects`: whether anything but the floor may throw a shadow on the water. `distance` and `scene_distance` have the camera's size, `output` has [`Self::size_blocks`]
+    /// of it.
+    #[expect(clippy::too_many_arguments, reason = "each is a different image or a different space")]
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        camera: &CameraUniform,
+        sun: &SunView<'_>,
+        water: &SunWater<'_>,
+        distance: &Image<EyeDistance>,
+        scene_distance: &Texture<SceneDistance>,
+        has_objects: bool,
+        output: &Image<Sunlight>,
+    ) {
+        let pipeline = &self.pipelines[usize::from(has_objects)];
+        let mut bindings = vec![
+            ("camera", recorder.uniform(camera)),
+            ("distances", distance.bind()),
+            ("scene_distance", scene_distance.bind()),
+            ("sun_distances", water.distance.bind()),
+            ("sun_thicknesses", water.thickness.bind()),
+            ("caustics", water.caustics.bind()),
+            ("sunlight", output.bind()),
+        ];
+        bindings.extend(sun.bindings(recorder));
+        bindings.retain(|(name, _)| pipeline.binds(name));
+        let size = Dispatch::Pixels(output.size());
+        recorder.compute(gpu, "shading.sunlight", pipeline, &bindings, size);
+    }
+}
+
+/// WGSL: `Caustics` in `shaders/shading/caustics.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+struct CausticsUniform {
+    strength: f32,
+    pad_a: f32,
+    pad_b: f32,
+    pad_c: f32,
+}
+
+impl HostStruct for CausticsUniform {
+    const WGSL_NAME: &'static str = "Caustics";
+    const FIELDS: &'static [HostField] = host_fields!(CausticsUniform { strength, pad_a, pad_b, pad_c });
+}
+
+/// Finds how the waves gather and scatter the sun's light on the scene (Shah, Konttinen & Pattanaik 2007).
+#[derive(Debug)]
+pub struct CausticsPass {
+    photons: ComputePipeline,
+    smooth: ComputePipeline,
+}
+
+impl CausticsPass {
+    /// Compiles the passes.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when a shader does not compile.
+    pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
+        Ok(Self { photons: compile(gpu, PHOTONS, &[])?, smooth: compile(gpu, CAUSTICS, &[])? })
+    }
+
+    /// Records `shading.photons` and `shading.caustics` for water with this surface into `output`. All images have the size of `sun`'s
+    /// camera. `strength`: 0 for none, 1 for all.
+    #[expect(clippy::too_many_arguments, reason = "each is a different image")]
+    pub fn record(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        sun: &SunView<'_>,
+        distance: &Image<EyeDistance>,
+        normal: &Image<ViewNormal>,
+        strength: f32,
+        landed: &Image<Landed>,
+        output: &Image<Caustics>,
+    ) {
+        recorder.clear(gpu, "shading.photons", landed.buffer(), landed.buffer().len());
+        let mut bindings =
+            vec![("distances", distance.bind()), ("normals", normal.bind()), ("landed", landed.bind())];
+        bindings.extend(sun.bindings(recorder));
+        let size = Dispatch::Pixels(output.size());
+        recorder.compute(gpu, "shading.photons", &self.photons, &bindings, size);
+        let uniform = CausticsUniform { strength, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
+        let bindings = [
+            ("sun_camera", recorder.uniform(sun.camera)),
+            ("parameters", recorder.uniform(&uniform)),
+            ("landed", landed.bind()),
+            ("caustics", output.bind()),
+        ];
+        recorder.compute(gpu, "shading.caustics", &self.smooth, &bindings, size);
+    }
+}
+
+fn compile(gpu: &Gpu, shader: Shader, definitions: &[Definition]) -> Result<ComputePipeline, ShadingError> {
+    Ok(gpu.compute_pipeline(&ComputePipelineDescriptor {
+        includes: INCLUDES,
+        definitions,
+        ..ComputePipelineDescriptor::new(shader)
+    })?)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_uniform_matches_its_shader() {
+        CausticsUniform::check_layout(&CAUSTICS, &[]).unwrap();
+        assert_eq!(SunlightPass::size_blocks([1, 9]), [1, 5]);
+        assert_eq!(Sunlight::pack(0.0, 1.0, 1.0), Sunlight::EMPTY);
+        assert_eq!(Sunlight::unpack(Sunlight::EMPTY), [0.0, 1.0, 1.0]);
+    }
+}
