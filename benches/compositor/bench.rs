@@ -27,9 +27,10 @@ fn radiance(gpu: &Gpu, size: [u32; 2]) -> Image<Radiance> {
     Image::from_pixels(gpu, size, &pixels).expect("an image of the picture's size")
 }
 
-/// Passes, and the bytes per pixel that they cannot do without: radiance is read as four floats, the display image read and
-/// written as one word.
-const PASSES: [(&str, u64); 2] = [("compositor.tone_map", 16 + 4), ("compositor.fxaa", 4 + 4)];
+/// Passes, and the bytes per four pixels that they cannot do without: radiance is read as four floats a pixel, the display image is
+/// written as a word, twice where edges are smoothed, and brightness as a byte. What is done per edge depends on the picture.
+const PASSES: [(&str, u64); 3] =
+    [("compositor.tone_map", 4 * (16 + 4 + 4) + 4), ("compositor.fxaa_edges", 4), ("compositor.fxaa", 0)];
 
 fn compositor(criterion: &mut Criterion) {
     let time = GpuTime::open();
@@ -46,13 +47,13 @@ fn compositor(criterion: &mut Criterion) {
                 || {
                     let display =
                         Image::<DisplayImage>::new(time.gpu(), size).expect("an image of that size");
-                    let mut compositor = Compositor::new(time.gpu()).expect("the passes");
+                    let mut compositor = Compositor::new(time.gpu(), &parameters).expect("the passes");
                     compositor.resize(time.gpu(), size).expect("room for the picture");
                     (compositor, radiance(time.gpu(), size), display)
                 },
-                |_| Some(pixels * bytes),
+                |_| (bytes > 0).then_some(pixels * bytes / 4),
                 |(compositor, radiance, display), recorder, gpu| {
-                    compositor.record(gpu, recorder, &parameters, radiance, display);
+                    compositor.record(gpu, recorder, radiance, display);
                 },
             );
         }

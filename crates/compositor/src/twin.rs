@@ -1,4 +1,6 @@
-//! CPU twin of `shaders/compositor/tone_map.wgsl`, without the dither.
+//! CPU twins: of `shaders/compositor/tone_map.wgsl`, without the dither, and of anti-aliasing.
+
+pub mod fxaa;
 
 use glam::Vec3;
 use meniscus_core::srgb;

@@ -14,12 +14,12 @@ fn display(
     pixels: &[[f32; 4]],
     parameters: &CompositorParameters,
 ) -> Vec<[u8; 4]> {
-    let mut compositor = Compositor::new(gpu).unwrap();
+    let mut compositor = Compositor::new(gpu, parameters).unwrap();
     compositor.resize(gpu, size).unwrap();
     let radiance = Image::<Radiance>::from_pixels(gpu, size, pixels).unwrap();
     let display = Image::<DisplayImage>::new(gpu, size).unwrap();
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
-    compositor.record(gpu, &mut recorder, parameters, &radiance, &display);
+    compositor.record(gpu, &mut recorder, &radiance, &display);
     let _ = recorder.submit(gpu).unwrap();
     display.read(gpu).unwrap().into_iter().map(u32::to_le_bytes).collect()
 }
@@ -48,7 +48,7 @@ fn tone_curves_follow_their_twin() {
                 let expected = twin::display_color(&parameters, [level[0], level[1], level[2]]);
                 for c in 0..3 {
                     let difference = f32::from(found[c]) - expected[c] * 255.0;
-                    // One step: half of it dither, half of it rounding; 0.1 for the driver's pow.
+                    // One step: half of it dither, half of it rounding; 0.1 for the driver's pow of contrast.
                     assert!(difference.abs() <= 1.1, "{tone_curve:?} {level:?}: {found:?} {expected:?}");
                 }
             }
@@ -115,6 +115,53 @@ fn anti_aliasing_softens_a_slanted_edge_and_leaves_the_rest() {
         if (4 * y - x - 100).abs() > 12 {
             assert_eq!(h, s, "far from the edge at {x}, {y}");
         }
+    }
+}
+
+/// Rows begin and end within words of brightness, edges lie at borders, in corners and in alpha; lone pixels and stairs.
+#[test]
+fn anti_aliasing_follows_its_twin() {
+    let gpu = gpu();
+    for (size, transparent) in [
+        ([67, 45], false),
+        ([67, 45], true),
+        ([64, 3], false),
+        ([1, 9], true),
+        ([5, 1], false),
+        ([3, 2], true),
+    ] {
+        let pixels: Vec<[f32; 4]> = (0..size[0] * size[1])
+            .map(|i| {
+                let (x, y) = (i % size[0], i / size[0]);
+                let level = |n: u32| [0.02, 0.1, 0.35, 0.7][(n % 4) as usize];
+                // Stairs of several slopes, and a pixel here and there that has the colour of none.
+                let a = (x / 3 + y) / 7 + (2 * x / 5 + 3 * y) / 11;
+                let lone = if (x * 7 + y * 13) % 29 == 0 { 2 } else { 0 };
+                [level(a), level(a + lone), level(a / 2), if (x + 2 * y) / 9 % 3 == 0 { 0.25 } else { 1.0 }]
+            })
+            .collect();
+        let parameters = CompositorParameters { transparent, ..Default::default() };
+        let found = display(&gpu, size, &pixels, &parameters);
+        let colors: Vec<[f32; 4]> = pixels
+            .iter()
+            .map(|&[r, g, b, a]| {
+                let [r, g, b] = twin::display_color(&parameters, [r, g, b]);
+                [r, g, b, if transparent { a } else { 1.0 }]
+            })
+            .collect();
+        let picture = twin::fxaa::Picture { colors: &colors, size, transparent };
+        let mut mixed = 0;
+        for (i, found) in (0..).zip(&found) {
+            let at = [i % size[0], i / size[0]];
+            let expected = picture.smoothed(at);
+            mixed += u32::from(expected != colors[i as usize]);
+            for (found, expected) in found.iter().zip(expected) {
+                let difference = f32::from(*found) - expected * 255.0;
+                // Half a step of dither and half of rounding of what is mixed, half a step of rounding after; 0.1 for sums.
+                assert!(difference.abs() <= 1.6, "{size:?} {at:?}: {found} for {}", expected * 255.0);
+            }
+        }
+        assert!(mixed > 0, "nothing to smooth in {size:?}");
     }
 }
 

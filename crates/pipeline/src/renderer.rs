@@ -1,7 +1,7 @@
 use std::sync::Arc;
 use std::time::Instant;
 
-use meniscus_compositor::{Compositor, CompositorParameters};
+use meniscus_compositor::Compositor;
 use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
 use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Span, Timing};
@@ -81,7 +81,7 @@ impl Renderer {
             surface: Ssfr::new(&gpu, &registry.filters, &settings.surface)?,
             sun: None,
             lighting,
-            compositor: Compositor::new(&gpu)?,
+            compositor: Compositor::new(&gpu, &settings.post)?,
             geometry: None,
             images: None,
             colors: None,
@@ -372,8 +372,7 @@ impl Renderer {
     pub(crate) fn recompose(&mut self, radiance: &[[f32; 4]]) -> Result<Vec<u32>, PipelineError> {
         let images = self.images.as_mut().expect("a frame was drawn before it is composed again");
         images.radiance.write(&self.gpu, radiance)?;
-        let post = CompositorParameters { anti_aliasing: false, ..self.settings.post.clone() };
-        self.compositor.record(&self.gpu, &mut self.recorder, &post, &images.radiance, &images.display);
+        self.compositor.record_as_drawn(&self.gpu, &mut self.recorder, &images.radiance, &images.display);
         let _ = self.recorder.submit(&self.gpu)?;
         let pixels = images.display.read(&self.gpu)?;
         // What composing again costs is a part of no frame.
@@ -477,13 +476,7 @@ impl Renderer {
             sunlight: if has_sunlight { &images.sunlight } else { &images.no_shadow },
         };
         self.lighting.record(&self.gpu, &mut self.recorder, &inputs, &images.radiance);
-        self.compositor.record(
-            &self.gpu,
-            &mut self.recorder,
-            &self.settings.post,
-            &images.radiance,
-            &images.display,
-        );
+        self.compositor.record(&self.gpu, &mut self.recorder, &images.radiance, &images.display);
         Ok(())
     }
 
