@@ -2,6 +2,7 @@
 // looks at four neighbours of a row, which are one word.
 #import meniscus::edges::{Smoothing, MIN_CONTRAST, RELATIVE_CONTRAST}
 #import meniscus::luma::words_per_row
+#import meniscus::texels::texel
 
 // `Edges` while it is filled.
 struct Filling {
@@ -10,8 +11,12 @@ struct Filling {
 }
 
 @group(0) @binding(0) var<uniform> smoothing: Smoothing;
-@group(0) @binding(1) var<storage, read> lumas: array<u32>;
+@group(0) @binding(1) var lumas: texture_2d<u32>;
 @group(0) @binding(2) var<storage, read_write> edges: Filling;
+
+fn word_at(index: u32) -> u32 {
+    return textureLoad(lumas, texel(index, smoothing.row_bits), 0).x;
+}
 
 @compute @workgroup_size(16, 4)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -21,12 +26,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let row = id.y * words;
-    let word = lumas[row + id.x];
+    let word = word_at(row + id.x);
     let m = unpack4x8unorm(word);
-    let n = unpack4x8unorm(lumas[row - select(0u, words, id.y > 0u) + id.x]);
-    let s = unpack4x8unorm(lumas[row + select(0u, words, id.y + 1u < size.y) + id.x]);
-    let before = unpack4x8unorm(lumas[row + max(id.x, 1u) - 1u]).w;
-    let after = unpack4x8unorm(lumas[row + min(id.x + 1u, words - 1u)]).x;
+    let n = unpack4x8unorm(word_at(row - select(0u, words, id.y > 0u) + id.x));
+    let s = unpack4x8unorm(word_at(row + select(0u, words, id.y + 1u < size.y) + id.x));
+    let before = unpack4x8unorm(word_at(row + max(id.x, 1u) - 1u)).w;
+    let after = unpack4x8unorm(word_at(row + min(id.x + 1u, words - 1u))).x;
     // At the border the picture goes on as it ends.
     let w = vec4(select(m.x, before, id.x > 0u), m.xyz);
     let e = vec4(m.yzw, select(m.w, after, id.x + 1u < words));

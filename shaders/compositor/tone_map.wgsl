@@ -2,6 +2,7 @@
 // one curve, with or without contrast and anti-aliasing: software drivers run through both branches of a choice.
 //
 // Each invocation does four neighbours of a row, whose brightness is one word for anti-aliasing.
+#import meniscus::texels::texel
 #ifdef SMOOTHED
 #import meniscus::luma::{luma_byte, words_per_row}
 #endif
@@ -14,10 +15,15 @@ struct ToneMap {
     saturation: f32,
     // 1: alpha is coverage; 0: opaque.
     transparent: u32,
+    // Of the texture of radiance.
+    row_bits: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 @group(0) @binding(0) var<uniform> tone: ToneMap;
-@group(0) @binding(1) var<storage, read> radiance: array<vec4<f32>>;
+@group(0) @binding(1) var radiance: texture_2d<f32>;
 @group(0) @binding(2) var<storage, read_write> mapped: array<u32>;
 #ifdef SMOOTHED
 // The picture once more, for the pixels that anti-aliasing leaves as they are.
@@ -96,7 +102,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < 4u; k++) {
         // At the end of a row the last pixel is done again.
         let x = min(first + k, tone.size_px.x - 1u);
-        let input = finite(radiance[row + x]);
+        let input = finite(textureLoad(radiance, texel(row + x, tone.row_bits), 0));
         let color = display_color(input.rgb);
         let alpha = select(1.0, min(input.a, 1.0), is_transparent);
         // Interleaved gradient noise (Jimenez 2014) of one step hides the steps of smooth gradients.

@@ -1,9 +1,9 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use meniscus_gpu::role::{DisplayImage, Radiance, Scratch};
+use meniscus_gpu::role::{DisplayImage, LumaTexels, Radiance, RadianceTexels, Scratch};
 use meniscus_gpu::{
     Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField, HostStruct,
-    Image, Recorder, Shader, host_fields, shader,
+    Image, Recorder, Shader, Texture, TextureRole, host_fields, shader,
 };
 
 use crate::{CompositorError, CompositorParameters, ToneCurve};
@@ -11,7 +11,14 @@ use crate::{CompositorError, CompositorParameters, ToneCurve};
 const TONE_MAP: Shader = shader!("compositor/tone_map");
 const FXAA_EDGES: Shader = shader!("compositor/fxaa_edges");
 const FXAA: Shader = shader!("compositor/fxaa");
-const INCLUDES: &[Shader] = &[shader!(include "compositor/luma"), shader!(include "compositor/edges")];
+const INCLUDES: &[Shader] = &[
+    shader!(include "compositor/texels"),
+    shader!(include "compositor/luma"),
+    shader!(include "compositor/edges"),
+];
+
+/// Texels in a row of the textures that images are copied into, as a power of two: as many as every device allows.
+const ROW_BITS: u32 = 13;
 
 /// The parameters as the GPU sees them; WGSL: `ToneMap` in `shaders/compositor/tone_map.wgsl`.
 #[repr(C)]
@@ -22,12 +29,25 @@ struct ToneMapUniform {
     size_px: [u32; 2],
     saturation: f32,
     transparent: u32,
+    row_bits: u32,
+    pad0: u32,
+    pad1: u32,
+    pad2: u32,
 }
 
 impl HostStruct for ToneMapUniform {
     const WGSL_NAME: &'static str = "ToneMap";
-    const FIELDS: &'static [HostField] =
-        host_fields!(ToneMapUniform { gain, contrast, size_px, saturation, transparent });
+    const FIELDS: &'static [HostField] = host_fields!(ToneMapUniform {
+        gain,
+        contrast,
+        size_px,
+        saturation,
+        transparent,
+        row_bits,
+        pad0,
+        pad1,
+        pad2
+    });
 }
 
 /// WGSL: `Smoothing` in `shaders/compositor/edges.inc.wgsl`.
@@ -37,11 +57,16 @@ struct SmoothingUniform {
     size_px: [u32; 2],
     luma_scale: f32,
     luma_offset: f32,
+    row_bits: u32,
+    pad_a: u32,
+    pad_b: u32,
+    pad_c: u32,
 }
 
 impl HostStruct for SmoothingUniform {
     const WGSL_NAME: &'static str = "Smoothing";
-    const FIELDS: &'static [HostField] = host_fields!(SmoothingUniform { size_px, luma_scale, luma_offset });
+    const FIELDS: &'static [HostField] =
+        host_fields!(SmoothingUniform { size_px, luma_scale, luma_offset, row_bits, pad_a, pad_b, pad_c });
 }
 
 /// Turns radiance into the display image.
@@ -50,17 +75,25 @@ pub struct Compositor {
     parameters: CompositorParameters,
     tone_map: ComputePipeline,
     anti_aliasing: Option<AntiAliasing>,
+    /// Made for the size of the last frame.
+    images: Option<Images>,
 }
 
-/// The passes that smooth edges, and what lies between them.
+/// The passes that smooth edges.
 #[derive(Debug)]
 struct AntiAliasing {
     /// Tone mapping that keeps brightness for the following passes.
     tone_map: ComputePipeline,
     edges: ComputePipeline,
     fxaa: ComputePipeline,
-    /// Made for the size of the last frame.
-    images: Option<SmoothingImages>,
+}
+
+/// What lies between the passes.
+#[derive(Debug)]
+struct Images {
+    size: [u32; 2],
+    radiance: Texture<RadianceTexels>,
+    smoothing: Option<SmoothingImages>,
 }
 
 #[derive(Debug)]
@@ -68,18 +101,20 @@ struct SmoothingImages {
     /// The picture before anti-aliasing.
     mapped: Image<DisplayImage>,
     /// `shaders/compositor/luma.inc.wgsl`.
-    lumas: Buffer<Scratch>,
+    lumas: Image<Scratch>,
+    luma_texels: Texture<LumaTexels>,
     /// `Edges` of `shaders/compositor/edges.inc.wgsl`.
     edges: Buffer<Scratch>,
 }
 
 impl SmoothingImages {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, CompositorError> {
-        let [width, height] = size.map(|side| side as usize);
+        let words = [size[0].div_ceil(4), size[1]];
         Ok(Self {
             mapped: Image::new(gpu, size)?,
-            lumas: Buffer::new(gpu, width.div_ceil(4) * height)?,
-            edges: Buffer::new(gpu, 1 + width * height)?,
+            lumas: Image::new(gpu, words)?,
+            luma_texels: folded(gpu, words)?,
+            edges: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
         })
     }
 }
@@ -97,12 +132,12 @@ impl Compositor {
                 tone_map: tone_map(gpu, parameters, true)?,
                 edges: pipeline(gpu, FXAA_EDGES, &[])?,
                 fxaa: pipeline(gpu, FXAA, &[])?,
-                images: None,
             })
         };
         Ok(Self {
             tone_map: tone_map(gpu, parameters, false)?,
             anti_aliasing: parameters.anti_aliasing.then(anti_aliasing).transpose()?,
+            images: None,
             parameters: parameters.clone(),
         })
     }
@@ -112,18 +147,20 @@ impl Compositor {
     /// # Errors
     /// [`CompositorError::Gpu`] beyond the device's limits.
     pub fn resize(&mut self, gpu: &Gpu, size: [u32; 2]) -> Result<(), CompositorError> {
-        if let Some(AntiAliasing { images, .. }) = &mut self.anti_aliasing
-            && images.as_ref().map(|images| images.mapped.size()) != Some(size)
-        {
+        if self.images.as_ref().is_none_or(|images| images.size != size) {
             // The old ones go first: two sets of images may not fit.
-            *images = None;
-            *images = Some(SmoothingImages::new(gpu, size)?);
+            self.images = None;
+            let smoothing = self.anti_aliasing.is_some().then(|| SmoothingImages::new(gpu, size));
+            let radiance = folded(gpu, size)?;
+            self.images = Some(Images { size, radiance, smoothing: smoothing.transpose()? });
         }
         Ok(())
     }
 
-    /// Records `compositor.tone_map` and, with anti-aliasing, `compositor.fxaa_edges` and `compositor.fxaa`. Without
-    /// [`Self::resize`] to the picture's size there is no anti-aliasing.
+    /// Records `compositor.tone_map` and, with anti-aliasing, `compositor.fxaa_edges` and `compositor.fxaa`.
+    ///
+    /// # Panics
+    /// Without [`Self::resize`] to the picture's size.
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -131,52 +168,27 @@ impl Compositor {
         radiance: &Image<Radiance>,
         display: &Image<DisplayImage>,
     ) {
-        let size = radiance.size();
-        let fitting = |images: &&SmoothingImages| images.mapped.size() == size;
-        let smoothed =
-            self.anti_aliasing.as_ref().and_then(|aa| Some((aa, aa.images.as_ref().filter(fitting)?)));
-        match smoothed {
-            Some((passes, images)) => self.record_smoothed(gpu, recorder, radiance, display, passes, images),
-            None => self.record_as_drawn(gpu, recorder, radiance, display),
-        }
-    }
-
-    /// Records `compositor.tone_map` of radiance whose edges are smooth already.
-    pub fn record_as_drawn(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder,
-        radiance: &Image<Radiance>,
-        display: &Image<DisplayImage>,
-    ) {
-        let tone = recorder.uniform(&tone_map_uniform(&self.parameters, radiance.size()));
-        let bindings = [("tone", tone), ("radiance", radiance.bind()), ("mapped", display.bind())];
-        let groups = words(radiance.size());
-        recorder.compute(gpu, "compositor.tone_map", &self.tone_map, &bindings, groups);
-    }
-
-    fn record_smoothed(
-        &self,
-        gpu: &Gpu,
-        recorder: &mut Recorder,
-        radiance: &Image<Radiance>,
-        display: &Image<DisplayImage>,
-        passes: &AntiAliasing,
-        SmoothingImages { mapped, lumas, edges }: &SmoothingImages,
-    ) {
-        let size = radiance.size();
+        let images = self.images_for(radiance);
+        let (Some(passes), Some(smoothing)) = (&self.anti_aliasing, &images.smoothing) else {
+            return self.record_as_drawn(gpu, recorder, radiance, display);
+        };
+        let SmoothingImages { mapped, lumas, luma_texels, edges } = smoothing;
+        let size = images.size;
+        recorder.copy_to_texture(gpu, "compositor.tone_map", radiance, &images.radiance);
         let tone = recorder.uniform(&tone_map_uniform(&self.parameters, size));
-        let smoothing = recorder.uniform(&smoothing_uniform(&self.parameters, size));
         let bindings = [
             ("tone", tone),
-            ("radiance", radiance.bind()),
+            ("radiance", images.radiance.bind()),
             ("mapped", mapped.bind()),
             ("display", display.bind()),
             ("lumas", lumas.bind()),
         ];
         recorder.compute(gpu, "compositor.tone_map", &passes.tone_map, &bindings, words(size));
+        let smoothing = recorder.uniform(&smoothing_uniform(&self.parameters, size));
         recorder.clear(gpu, "compositor.fxaa_edges", edges, 1);
-        let bindings = [("smoothing", smoothing.clone()), ("lumas", lumas.bind()), ("edges", edges.bind())];
+        recorder.copy_to_texture(gpu, "compositor.fxaa_edges", lumas, luma_texels);
+        let bindings =
+            [("smoothing", smoothing.clone()), ("lumas", luma_texels.bind()), ("edges", edges.bind())];
         recorder.compute(gpu, "compositor.fxaa_edges", &passes.edges, &bindings, words(size));
         let bindings = [
             ("smoothing", smoothing),
@@ -190,6 +202,35 @@ impl Compositor {
         let groups = Dispatch::Groups(pixels.div_ceil(64).min(1024));
         recorder.compute(gpu, "compositor.fxaa", &passes.fxaa, &bindings, groups);
     }
+
+    /// Records `compositor.tone_map` of radiance whose edges are smooth already.
+    ///
+    /// # Panics
+    /// Without [`Self::resize`] to the picture's size.
+    pub fn record_as_drawn(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        radiance: &Image<Radiance>,
+        display: &Image<DisplayImage>,
+    ) {
+        let images = self.images_for(radiance);
+        recorder.copy_to_texture(gpu, "compositor.tone_map", radiance, &images.radiance);
+        let tone = recorder.uniform(&tone_map_uniform(&self.parameters, images.size));
+        let bindings = [("tone", tone), ("radiance", images.radiance.bind()), ("mapped", display.bind())];
+        recorder.compute(gpu, "compositor.tone_map", &self.tone_map, &bindings, words(images.size));
+    }
+
+    fn images_for(&self, radiance: &Image<Radiance>) -> &Images {
+        let images = self.images.as_ref().filter(|images| images.size == radiance.size());
+        images.unwrap_or_else(|| panic!("no room for a picture of {:?} pixels", radiance.size()))
+    }
+}
+
+/// Room for the pixels of an image of `size` in rows of 2^[`ROW_BITS`].
+fn folded<R: TextureRole>(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Texture<R>, CompositorError> {
+    let rows = (u64::from(width) * u64::from(height)).div_ceil(1 << ROW_BITS);
+    Ok(Texture::new(gpu, [1 << ROW_BITS, rows.try_into().unwrap_or(u32::MAX)])?)
 }
 
 /// One invocation per word of four pixels of a row.
@@ -235,13 +276,25 @@ fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMa
         size_px: size,
         saturation: parameters.saturation,
         transparent: parameters.transparent.into(),
+        row_bits: ROW_BITS,
+        pad0: 0,
+        pad1: 0,
+        pad2: 0,
     }
 }
 
 fn smoothing_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> SmoothingUniform {
     // The brightness that edges are looked for in is 0 to 1.5, of which alpha has a third.
     let (luma_scale, luma_offset) = if parameters.transparent { (1.5, 0.0) } else { (1.0, 0.5) };
-    SmoothingUniform { size_px: size, luma_scale, luma_offset }
+    SmoothingUniform {
+        size_px: size,
+        luma_scale,
+        luma_offset,
+        row_bits: ROW_BITS,
+        pad_a: 0,
+        pad_b: 0,
+        pad_c: 0,
+    }
 }
 
 #[cfg(test)]
@@ -250,7 +303,7 @@ mod tests {
 
     #[test]
     fn uniforms_match_their_shaders() {
-        ToneMapUniform::check_layout(&TONE_MAP, &[]).unwrap();
+        ToneMapUniform::check_layout(&TONE_MAP, INCLUDES).unwrap();
         SmoothingUniform::check_layout(&FXAA, INCLUDES).unwrap();
     }
 }

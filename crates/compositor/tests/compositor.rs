@@ -125,6 +125,8 @@ fn anti_aliasing_follows_its_twin() {
     for (size, transparent) in [
         ([67, 45], false),
         ([67, 45], true),
+        // More pixels than there are in a row of the textures.
+        ([131, 97], false),
         ([64, 3], false),
         ([1, 9], true),
         ([5, 1], false),

@@ -275,6 +275,9 @@ fn texture_type(class: naga::ImageClass) -> Option<wgpu::BindingType> {
         naga::ImageClass::Sampled { kind: naga::ScalarKind::Float, multi: false } => {
             read(wgpu::TextureSampleType::Float { filterable: false })
         }
+        naga::ImageClass::Sampled { kind: naga::ScalarKind::Uint, multi: false } => {
+            read(wgpu::TextureSampleType::Uint)
+        }
         naga::ImageClass::Depth { multi: false } => read(wgpu::TextureSampleType::Depth),
         naga::ImageClass::Storage { format, access: naga::StorageAccess::STORE } => match format {
             naga::StorageFormat::Rgba16Float => written(wgpu::TextureFormat::Rgba16Float),

@@ -93,6 +93,10 @@ texture_roles! {
     SceneColor: Rgba16Float, unit "linear radiance, Rec. 709";
     /// Distance of the opaque scene along the view axis; MAX = sky.
     SceneDistance: R32Float, unit "world units along the view axis";
+    /// The pixels of [`Radiance`], folded into rows of a fixed length ([`crate::Recorder::copy_to_texture`]).
+    RadianceTexels: Rgba32Float, unit "linear, relative";
+    /// Brightness of four neighbours in a row of the picture, a byte each; folded as above.
+    LumaTexels: R32Uint, unit "4 x 8 bits";
     /// Depth attachment of the opaque scene, reversed z.
     SceneDepth: Depth32Float, unit "reversed clip z";
 }

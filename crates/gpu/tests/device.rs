@@ -1,9 +1,9 @@
 //! Against a real device: a missing adapter is a failure, not a skip.
 
-use meniscus_gpu::role::{AttributeValues, EyeDistance, NO_SURFACE, Scratch};
+use meniscus_gpu::role::{AttributeValues, EyeDistance, NO_SURFACE, Radiance, RadianceTexels, Scratch};
 use meniscus_gpu::{
     AdapterChoice, Buffer, ComputePipelineDescriptor, Dispatch, Gpu, GpuError, Image, Recorder, Shader,
-    Timing,
+    Texture, Timing,
 };
 
 fn gpu() -> Gpu {
@@ -64,6 +64,25 @@ fn an_image_is_cleared_to_the_empty_value_of_its_role() {
     recorder.clear(&gpu, "test.clear", image.buffer(), 33 * 7);
     let _ = recorder.submit(&gpu).unwrap();
     assert_eq!(image.read(&gpu).unwrap(), vec![NO_SURFACE; 33 * 7]);
+}
+
+#[test]
+fn pixels_follow_each_other_in_the_rows_of_a_texture() {
+    let gpu = gpu();
+    // Less than a row, whole rows, and rows with a rest; 16 texels are the shortest row that may be copied.
+    for size in [[3, 2], [8, 4], [7, 6]] {
+        let pixels: Vec<[f32; 4]> = (0..size[0] * size[1]).map(|i| [i as f32, 0.5, -1.0, 1e9]).collect();
+        let image = Image::<Radiance>::from_pixels(&gpu, size, &pixels).unwrap();
+        let texture = Texture::<RadianceTexels>::new(&gpu, [16, 3]).unwrap();
+        let mut recorder = Recorder::new(&gpu, Timing::Isolated);
+        recorder.copy_to_texture(&gpu, "test.copy", &image, &texture);
+        let _ = recorder.submit(&gpu).unwrap();
+        let texels = texture.read(&gpu).unwrap();
+        let texels: Vec<f32> =
+            texels.chunks_exact(4).map(|c| f32::from_le_bytes([c[0], c[1], c[2], c[3]])).collect();
+        assert_eq!(texels[..4 * pixels.len()], *pixels.as_flattened(), "{size:?}");
+        assert_eq!(recorder.take_costs(&gpu)[0].name, "test.copy");
+    }
 }
 
 #[test]
