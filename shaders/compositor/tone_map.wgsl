@@ -2,6 +2,7 @@
 // one curve, with or without contrast and anti-aliasing: software drivers run through both branches of a choice.
 //
 // Each invocation does four neighbours of a row, whose brightness is one word for anti-aliasing.
+#import meniscus::light::{MAX_RADIANCE, finite}
 #import meniscus::texels::texel
 #ifdef SMOOTHED
 #import meniscus::luma::{luma_byte, words_per_row}
@@ -17,8 +18,12 @@ struct ToneMap {
     transparent: u32,
     // Of the texture of radiance.
     row_bits: u32,
+    // Share of the light that bloom scatters.
+    bloom: f32,
     pad0: u32,
     pad1: u32,
+    // Per channel, as in the gain.
+    white_balance: vec3<f32>,
     pad2: u32,
 }
 
@@ -30,11 +35,10 @@ struct ToneMap {
 @group(0) @binding(3) var<storage, read_write> display: array<u32>;
 @group(0) @binding(4) var<storage, read_write> lumas: array<u32>;
 #endif
+#ifdef BLOOM
+@group(0) @binding(5) var bloom: texture_2d<f32>;
+#endif
 
-// 6e4: brighter than anything that is told apart; keeps the curves away from overflow.
-const MAX_RADIANCE: f32 = 6e4;
-const MAX_RADIANCE_BITS: i32 = 0x476a6000;
-const INFINITY_BITS: i32 = 0x7f800000;
 const MIDDLE_GREY: f32 = 0.18;
 
 // Khronos PBR Neutral tone mapper, specification 1.0: colours below 0.8 - f90 are kept, highlights compress and desaturate.
@@ -67,16 +71,21 @@ fn srgb(linear: vec3<f32>) -> vec3<f32> {
     return select(high, 12.92 * linear, linear <= vec3(0.0031308));
 }
 
-// NaN compares false with everything; WGSL may assume there is none, so look at the bits, which as integers have the order of
-// the numbers that are not negative.
-fn finite(x: vec4<f32>) -> vec4<f32> {
-    let bits = max(bitcast<vec4<i32>>(x), vec4(0));
-    return bitcast<vec4<f32>>(select(min(bits, vec4(MAX_RADIANCE_BITS)), vec4(0), bits > vec4(INFINITY_BITS)));
+#ifdef BLOOM
+// What bloom makes of the light at this pixel, between the middles of its finest level, half as wide and high.
+fn scattered(pixel: vec2<u32>) -> vec3<f32> {
+    let last = vec2<i32>(textureDimensions(bloom)) - 1;
+    let near = min(vec2<i32>(pixel) / 2, last);
+    let far = clamp(near + 2 * vec2<i32>(pixel & vec2(1u)) - 1, vec2(0), last);
+    let row = 3.0 * textureLoad(bloom, near, 0) + textureLoad(bloom, vec2(far.x, near.y), 0);
+    let other = 3.0 * textureLoad(bloom, vec2(near.x, far.y), 0) + textureLoad(bloom, far, 0);
+    return (3.0 * row + other).rgb / 16.0;
 }
+#endif
 
-// Display colour in [0, 1].
+// Display colour in [0, 1] of exposed light.
 fn display_color(light: vec3<f32>) -> vec3<f32> {
-    var color = light * tone.gain;
+    var color = light;
 #ifdef CONTRAST
     color = MIDDLE_GREY * pow(max(color, vec3(1e-6)) / MIDDLE_GREY, vec3(tone.contrast));
 #endif
@@ -103,7 +112,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         // At the end of a row the last pixel is done again.
         let x = min(first + k, tone.size_px.x - 1u);
         let input = finite(textureLoad(radiance, texel(row + x, tone.row_bits), 0));
-        let color = display_color(input.rgb);
+        var light = input.rgb * tone.gain;
+#ifdef BLOOM
+        light = mix(light, tone.white_balance * scattered(vec2(x, id.y)), tone.bloom);
+#endif
+        let color = display_color(light);
         let alpha = select(1.0, min(input.a, 1.0), is_transparent);
         // Interleaved gradient noise (Jimenez 2014) of one step hides the steps of smooth gradients.
         let at = vec2<f32>(vec2(x, id.y) & vec2(1023u));

@@ -15,8 +15,8 @@ pub use film::{EncodingArgs, ExposureArgs, JoinArgs, TimeArgs};
 
 use crate::failure::Failure;
 use crate::values::{
-    ByteCount, CameraValue, CaseName, ColorRange, Detail, FrameRange, ImageSize, MediumSpeed, MemorySize,
-    Parameter, SunValue, Unit,
+    ByteCount, CameraValue, CaseName, ColorRange, Detail, ExposureValue, FrameRange, ImageSize, MediumSpeed,
+    MemorySize, Parameter, SunValue, Unit,
 };
 
 /// Exit codes, printed under every `--help`.
@@ -281,6 +281,11 @@ pub struct PictureArgs {
     /// Where the sun stands, in degrees: clockwise from north seen from above, and above the horizon; makes a physical sky.
     #[arg(long, value_name = "AZIMUTH,ELEVATION", allow_hyphen_values = true)]
     pub sun: Option<SunValue>,
+
+    /// Exposure in stops, each one more doubles the light, or auto: metered on the first, middle and last picture, then the same
+    /// for all [default: 0].
+    #[arg(long, value_name = "EV|auto", allow_hyphen_values = true)]
+    pub exposure: Option<ExposureValue>,
 
     /// Set a parameter, e.g. post.exposure=1.5; `--param list` prints them all with their values.
     #[arg(long = "param", value_name = "KEY=VALUE")]

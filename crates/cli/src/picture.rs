@@ -3,11 +3,11 @@
 use std::path::Path;
 
 use glam::DVec3;
-use meniscus_core::{Camera, Choice, Flaws, FrameSource, Projection};
+use meniscus_core::{Camera, Cancel, Choice, Flaws, FrameSource, Projection};
 use meniscus_export::ExportError;
 use meniscus_gpu::{AdapterChoice, Gpu};
 use meniscus_io::Series;
-use meniscus_pipeline::{LodMode, LodParams, Registry, Renderer, Settings, World};
+use meniscus_pipeline::{LodMode, LodParams, Meter, Registry, Renderer, Settings, World};
 use meniscus_scene::{NamedView, above_ground, automatic_camera};
 
 use crate::args::{Global, PictureArgs};
@@ -54,6 +54,9 @@ pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settin
         (color.min, color.max) = (min, max);
     }
     color.log = args.color_log;
+    if let Some(exposure) = args.exposure {
+        settings.post.exposure = exposure.0;
+    }
     let mut list = false;
     for parameter in &args.params {
         match parameter {
@@ -104,6 +107,39 @@ impl Studio {
         let lod = settings.lod;
         let renderer = Renderer::new(gpu, registry, settings)?;
         Ok(Self { renderer, world, camera, size: args.size.0, lod, choices, flaws })
+    }
+
+    /// Fixes the exposure for all pictures where it is to be metered: on these frames of `source`, each from its camera. Those that
+    /// cannot be read do not count.
+    pub fn meter(
+        &mut self,
+        source: &dyn FrameSource,
+        frames: &[(usize, Camera)],
+        cancel: &Cancel,
+        terminal: &Terminal,
+    ) -> Result<(), Failure> {
+        if self.renderer.settings().post.exposure.is_some() {
+            return Ok(());
+        }
+        let preparer = self.renderer.preparer(&self.world);
+        let mut meter = Meter::default();
+        for (index, camera) in frames {
+            if let Ok(frame) = source.read(*index, self.world.request(), cancel) {
+                self.renderer.meter(&mut meter, &preparer.prepare(frame), &self.world, camera, self.size)?;
+            }
+        }
+        match self.renderer.expose_by(&meter) {
+            Ok(choice) => {
+                terminal.choices(std::slice::from_ref(&choice));
+                self.choices.push(choice);
+            }
+            Err(flaw) => {
+                let flaws: Flaws = [flaw].into_iter().collect();
+                terminal.flaws(&flaws);
+                self.flaws.merge(&flaws);
+            }
+        }
+        Ok(())
     }
 }
 

@@ -278,6 +278,22 @@ impl FromStr for SunValue {
     }
 }
 
+/// `--exposure`: stops, or `auto`, which is none.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ExposureValue(pub Option<f32>);
+
+impl FromStr for ExposureValue {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        if text == "auto" {
+            return Ok(Self(None));
+        }
+        let stops = text.parse::<f32>().ok().filter(|stops| (-20.0..=20.0).contains(stops));
+        stops.map(|stops| Self(Some(stops))).ok_or_else(|| "expected auto, or -20 to 20 stops".into())
+    }
+}
+
 /// `--param`: `list`, or a key and its value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Parameter {

@@ -2,23 +2,25 @@ use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
 use meniscus_gpu::role::{DisplayImage, LumaTexels, Radiance, RadianceTexels, Scratch};
 use meniscus_gpu::{
-    Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField, HostStruct,
-    Image, Recorder, Shader, Texture, TextureRole, host_fields, shader,
+    Binding, Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField,
+    HostStruct, Image, Recorder, Shader, Texture, TextureRole, host_fields, shader,
 };
 
+use crate::bloom::{Bloom, BloomImages};
 use crate::{CompositorError, CompositorParameters, ToneCurve};
 
 const TONE_MAP: Shader = shader!("compositor/tone_map");
 const FXAA_EDGES: Shader = shader!("compositor/fxaa_edges");
 const FXAA: Shader = shader!("compositor/fxaa");
-const INCLUDES: &[Shader] = &[
+pub(crate) const INCLUDES: &[Shader] = &[
+    shader!(include "compositor/light"),
     shader!(include "compositor/texels"),
     shader!(include "compositor/luma"),
     shader!(include "compositor/edges"),
 ];
 
 /// Texels in a row of the textures that images are copied into, as a power of two: as many as every device allows.
-const ROW_BITS: u32 = 13;
+pub(crate) const ROW_BITS: u32 = 13;
 
 /// The parameters as the GPU sees them; WGSL: `ToneMap` in `shaders/compositor/tone_map.wgsl`.
 #[repr(C)]
@@ -30,8 +32,10 @@ struct ToneMapUniform {
     saturation: f32,
     transparent: u32,
     row_bits: u32,
+    bloom: f32,
     pad0: u32,
     pad1: u32,
+    white_balance: [f32; 3],
     pad2: u32,
 }
 
@@ -44,8 +48,10 @@ impl HostStruct for ToneMapUniform {
         saturation,
         transparent,
         row_bits,
+        bloom,
         pad0,
         pad1,
+        white_balance,
         pad2
     });
 }
@@ -75,6 +81,7 @@ pub struct Compositor {
     parameters: CompositorParameters,
     tone_map: ComputePipeline,
     anti_aliasing: Option<AntiAliasing>,
+    bloom: Option<Bloom>,
     /// Made for the size of the last frame.
     images: Option<Images>,
 }
@@ -94,6 +101,7 @@ struct Images {
     size: [u32; 2],
     radiance: Texture<RadianceTexels>,
     smoothing: Option<SmoothingImages>,
+    bloom: Option<BloomImages>,
 }
 
 #[derive(Debug)]
@@ -137,9 +145,15 @@ impl Compositor {
         Ok(Self {
             tone_map: tone_map(gpu, parameters, false)?,
             anti_aliasing: parameters.anti_aliasing.then(anti_aliasing).transpose()?,
+            bloom: (parameters.bloom > 0.0).then(|| Bloom::new(gpu)).transpose()?,
             images: None,
             parameters: parameters.clone(),
         })
+    }
+
+    /// Exposes the following pictures by `stops`.
+    pub fn set_exposure(&mut self, stops: f32) {
+        self.parameters.exposure = Some(stops);
     }
 
     /// Makes room for pictures of `size` pixels; allocates only when the size changes.
@@ -151,13 +165,16 @@ impl Compositor {
             // The old ones go first: two sets of images may not fit.
             self.images = None;
             let smoothing = self.anti_aliasing.is_some().then(|| SmoothingImages::new(gpu, size));
+            let bloom = self.bloom.is_some().then(|| BloomImages::new(gpu, size));
             let radiance = folded(gpu, size)?;
-            self.images = Some(Images { size, radiance, smoothing: smoothing.transpose()? });
+            let (smoothing, bloom) = (smoothing.transpose()?, bloom.transpose()?);
+            self.images = Some(Images { size, radiance, smoothing, bloom });
         }
         Ok(())
     }
 
-    /// Records `compositor.tone_map` and, with anti-aliasing, `compositor.fxaa_edges` and `compositor.fxaa`.
+    /// Records `compositor.tone_map`, with bloom `compositor.bloom_down` and `compositor.bloom_up` before it, and with anti-aliasing
+    /// `compositor.fxaa_edges` and `compositor.fxaa` after it.
     ///
     /// # Panics
     /// Without [`Self::resize`] to the picture's size.
@@ -174,16 +191,8 @@ impl Compositor {
         };
         let SmoothingImages { mapped, lumas, luma_texels, edges } = smoothing;
         let size = images.size;
-        recorder.copy_to_texture(gpu, "compositor.tone_map", radiance, &images.radiance);
-        let tone = recorder.uniform(&tone_map_uniform(&self.parameters, size));
-        let bindings = [
-            ("tone", tone),
-            ("radiance", images.radiance.bind()),
-            ("mapped", mapped.bind()),
-            ("display", display.bind()),
-            ("lumas", lumas.bind()),
-        ];
-        recorder.compute(gpu, "compositor.tone_map", &passes.tone_map, &bindings, words(size));
+        let outputs = [("mapped", mapped.bind()), ("display", display.bind()), ("lumas", lumas.bind())];
+        self.record_tone_map(gpu, recorder, radiance, images, &passes.tone_map, &outputs);
         let smoothing = recorder.uniform(&smoothing_uniform(&self.parameters, size));
         recorder.clear(gpu, "compositor.fxaa_edges", edges, 1);
         recorder.copy_to_texture(gpu, "compositor.fxaa_edges", lumas, luma_texels);
@@ -203,7 +212,7 @@ impl Compositor {
         recorder.compute(gpu, "compositor.fxaa", &passes.fxaa, &bindings, groups);
     }
 
-    /// Records `compositor.tone_map` of radiance whose edges are smooth already.
+    /// As [`Self::record`], of radiance whose edges are smooth already.
     ///
     /// # Panics
     /// Without [`Self::resize`] to the picture's size.
@@ -215,10 +224,28 @@ impl Compositor {
         display: &Image<DisplayImage>,
     ) {
         let images = self.images_for(radiance);
+        let outputs = [("mapped", display.bind())];
+        self.record_tone_map(gpu, recorder, radiance, images, &self.tone_map, &outputs);
+    }
+
+    fn record_tone_map(
+        &self,
+        gpu: &Gpu,
+        recorder: &mut Recorder,
+        radiance: &Image<Radiance>,
+        images: &Images,
+        pipeline: &ComputePipeline,
+        outputs: &[(&str, Binding)],
+    ) {
         recorder.copy_to_texture(gpu, "compositor.tone_map", radiance, &images.radiance);
         let tone = recorder.uniform(&tone_map_uniform(&self.parameters, images.size));
-        let bindings = [("tone", tone), ("radiance", images.radiance.bind()), ("mapped", display.bind())];
-        recorder.compute(gpu, "compositor.tone_map", &self.tone_map, &bindings, words(images.size));
+        let mut bindings = vec![("tone", tone), ("radiance", images.radiance.bind())];
+        bindings.extend_from_slice(outputs);
+        if let (Some(bloom), Some(levels)) = (&self.bloom, &images.bloom) {
+            bloom.record(gpu, recorder, self.parameters.stops().exp2(), &images.radiance, levels);
+            bindings.push(("bloom", levels.finest().bind()));
+        }
+        recorder.compute(gpu, "compositor.tone_map", pipeline, &bindings, words(images.size));
     }
 
     fn images_for(&self, radiance: &Image<Radiance>) -> &Images {
@@ -262,14 +289,18 @@ fn tone_map(
         ToneCurve::Clip => None,
     };
     let contrast = (parameters.contrast != 1.0).then_some("CONTRAST");
+    let bloom = (parameters.bloom > 0.0).then_some("BLOOM");
     let smoothed = is_smoothed.then_some("SMOOTHED");
-    let definitions: Vec<Definition> =
-        [curve, contrast, smoothed].into_iter().flatten().map(|name| Definition { name, value: 1 }).collect();
+    let definitions: Vec<Definition> = [curve, contrast, bloom, smoothed]
+        .into_iter()
+        .flatten()
+        .map(|name| Definition { name, value: 1 })
+        .collect();
     pipeline(gpu, TONE_MAP, &definitions)
 }
 
 fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMapUniform {
-    let gain = Vec3::from(parameters.white_balance) * parameters.exposure.exp2();
+    let gain = Vec3::from(parameters.white_balance) * parameters.stops().exp2();
     ToneMapUniform {
         gain: gain.to_array(),
         contrast: parameters.contrast,
@@ -277,8 +308,10 @@ fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMa
         saturation: parameters.saturation,
         transparent: parameters.transparent.into(),
         row_bits: ROW_BITS,
+        bloom: parameters.bloom,
         pad0: 0,
         pad1: 0,
+        white_balance: parameters.white_balance,
         pad2: 0,
     }
 }

@@ -5,13 +5,16 @@ use meniscus_core::srgb;
 use rayon::prelude::*;
 
 use crate::CompositorParameters;
+use crate::twin::bloom::bloomed;
 use crate::twin::display_color;
 
 /// The highest number of half floats, which radiance is written in.
 const HIGHEST: f32 = 65504.0;
 
-/// The display image with 16 bits per channel of radiance with coverage, without dither or anti-aliasing.
-pub fn display_16(parameters: &CompositorParameters, radiance: &[[f32; 4]]) -> Vec<[u16; 4]> {
+/// The display image with 16 bits per channel of radiance with coverage, a picture of `size` pixels, without dither or anti-aliasing.
+pub fn display_16(parameters: &CompositorParameters, radiance: &[[f32; 4]], size: [u32; 2]) -> Vec<[u16; 4]> {
+    let bloomed = (parameters.bloom > 0.0).then(|| bloomed(parameters, radiance, size));
+    let radiance = bloomed.as_deref().unwrap_or(radiance);
     let pixel = |&[r, g, b, coverage]: &[f32; 4]| {
         let [r, g, b] = display_color(parameters, [r, g, b]);
         let alpha = if parameters.transparent { coverage } else { 1.0 };
@@ -127,11 +130,22 @@ mod tests {
     }
 
     #[test]
+    fn sixteen_bits_have_bloom() {
+        let mut radiance = vec![[0.1, 0.1, 0.1, 1.0]; 16 * 16];
+        radiance[8 * 16 + 8] = [9.0, 9.0, 9.0, 1.0];
+        let beside = |bloom: f32| {
+            let parameters = CompositorParameters { bloom, ..Default::default() };
+            display_16(&parameters, &radiance, [16, 16])[8 * 16 + 10][0]
+        };
+        assert!(beside(0.5) > beside(0.1) && beside(0.1) > beside(0.0), "{} {}", beside(0.5), beside(0.0));
+    }
+
+    #[test]
     fn sixteen_bits_are_the_eight_with_more_digits_and_nothing_is_nan() {
         let parameters = CompositorParameters { transparent: true, ..Default::default() };
         let radiance =
             [[0.2, 0.5, 3.0, 0.5], [f32::NAN, 0.0, -1.0, 2.0], [f32::INFINITY, 0.0, 0.0, f32::NAN]];
-        let deep = display_16(&parameters, &radiance);
+        let deep = display_16(&parameters, &radiance, [3, 1]);
         let expected = display_color(&parameters, [0.2, 0.5, 3.0]);
         for (deep, expected) in deep[0].iter().zip(expected.into_iter().chain([0.5])) {
             assert!((f32::from(*deep) / 65535.0 - expected).abs() < 1e-5);

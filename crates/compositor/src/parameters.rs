@@ -20,9 +20,9 @@ pub enum ToneCurve {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct CompositorParameters {
-    /// Exposure in stops, -20 to 20.
+    /// Exposure in stops, -20 to 20: each one more doubles the light. None: metered ([`Meter`](crate::Meter)).
     #[schemars(range(min = -20.0, max = 20.0))]
-    pub exposure: f32,
+    pub exposure: Option<f32>,
     /// Factor per channel that makes the light neutral, each 0 to 10.
     pub white_balance: [f32; 3],
     /// Contrast around middle grey, 0.1 to 4.
@@ -31,6 +31,9 @@ pub struct CompositorParameters {
     /// Saturation, 0 (grey) to 4.
     #[schemars(range(min = 0.0, max = 4.0))]
     pub saturation: f32,
+    /// Bloom: share of the light that the lens scatters around what is bright, 0 (none) to 1. Of pictures, not of linear `.exr` files.
+    #[schemars(range(min = 0.0, max = 1.0))]
+    pub bloom: f32,
     /// Tone curve.
     pub tone_curve: ToneCurve,
     /// Whether edges are smoothed.
@@ -42,10 +45,11 @@ pub struct CompositorParameters {
 impl Default for CompositorParameters {
     fn default() -> Self {
         Self {
-            exposure: 0.0,
+            exposure: Some(0.0),
             white_balance: [1.0; 3],
             contrast: 1.0,
             saturation: 1.0,
+            bloom: 0.0,
             tone_curve: ToneCurve::Neutral,
             anti_aliasing: true,
             transparent: false,
@@ -54,19 +58,29 @@ impl Default for CompositorParameters {
 }
 
 impl CompositorParameters {
+    /// Least and greatest exposure in stops.
+    pub const EXPOSURE_RANGE: [f32; 2] = [-20.0, 20.0];
+
+    /// Exposure in stops; 0 as long as it is not metered.
+    pub fn stops(&self) -> f32 {
+        self.exposure.unwrap_or(0.0)
+    }
+
     /// Checks every range.
     ///
     /// # Errors
     /// [`CompositorError::OutOfRange`] for the first value that does not fit (NaN never fits).
     pub fn validate(&self) -> Result<(), CompositorError> {
         let [red, green, blue] = self.white_balance;
+        let [least, most] = Self::EXPOSURE_RANGE;
         for (name, found, range, expected) in [
-            ("exposure", self.exposure, -20.0..=20.0, "-20 to 20 stops"),
+            ("exposure", self.stops(), least..=most, "-20 to 20 stops"),
             ("white_balance (red)", red, 0.0..=10.0, "0 to 10"),
             ("white_balance (green)", green, 0.0..=10.0, "0 to 10"),
             ("white_balance (blue)", blue, 0.0..=10.0, "0 to 10"),
             ("contrast", self.contrast, 0.1..=4.0, "0.1 to 4"),
             ("saturation", self.saturation, 0.0..=4.0, "0 to 4"),
+            ("bloom", self.bloom, 0.0..=1.0, "0 to 1"),
         ] {
             if !range.contains(&found) {
                 return Err(CompositorError::OutOfRange { name, found, expected });

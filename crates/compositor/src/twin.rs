@@ -1,5 +1,6 @@
 //! CPU twins: of `shaders/compositor/tone_map.wgsl`, without the dither, and of anti-aliasing.
 
+pub mod bloom;
 pub mod fxaa;
 
 use glam::Vec3;
@@ -8,6 +9,8 @@ use meniscus_core::srgb;
 use crate::{CompositorParameters, ToneCurve};
 
 const MAX_RADIANCE: f32 = 6e4;
+/// Of linear Rec. 709.
+const LUMINANCE: Vec3 = Vec3::new(0.2126, 0.7152, 0.0722);
 const MIDDLE_GREY: f32 = 0.18;
 
 /// Khronos PBR neutral tone mapper, specification 1.0; input linear Rec. 709 >= 0, output in [0, 1].
@@ -33,14 +36,18 @@ pub fn filmic(input: Vec3) -> Vec3 {
     x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14)
 }
 
+/// What is a number, from 0 to what is told apart.
+fn finite(radiance: [f32; 3]) -> Vec3 {
+    Vec3::from(radiance.map(|x| if x.is_nan() { 0.0 } else { x.clamp(0.0, MAX_RADIANCE) }))
+}
+
 /// Display colour in [0, 1] of any radiance, NaN and infinities included.
 pub fn display_color(parameters: &CompositorParameters, radiance: [f32; 3]) -> [f32; 3] {
-    let finite = Vec3::from(radiance.map(|x| if x.is_nan() { 0.0 } else { x.clamp(0.0, MAX_RADIANCE) }));
-    let mut color = finite * Vec3::from(parameters.white_balance) * parameters.exposure.exp2();
+    let mut color = finite(radiance) * Vec3::from(parameters.white_balance) * parameters.stops().exp2();
     if parameters.contrast != 1.0 {
         color = MIDDLE_GREY * (color.max(Vec3::splat(1e-6)) / MIDDLE_GREY).powf(parameters.contrast);
     }
-    let grey = Vec3::splat(color.dot(Vec3::new(0.2126, 0.7152, 0.0722)));
+    let grey = Vec3::splat(color.dot(LUMINANCE));
     let s = parameters.saturation;
     color = (grey * (1.0 - s) + color * s).clamp(Vec3::ZERO, Vec3::splat(MAX_RADIANCE));
     color = match parameters.tone_curve {

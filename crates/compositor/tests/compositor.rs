@@ -39,7 +39,7 @@ fn tone_curves_follow_their_twin() {
                 tone_curve,
                 contrast,
                 saturation,
-                exposure,
+                exposure: Some(exposure),
                 anti_aliasing: false,
                 ..Default::default()
             };
@@ -67,7 +67,7 @@ fn no_input_makes_a_pixel_that_is_not_a_colour() {
             let parameters = CompositorParameters {
                 tone_curve,
                 contrast,
-                exposure,
+                exposure: Some(exposure),
                 anti_aliasing: false,
                 transparent: true,
                 ..Default::default()
@@ -204,4 +204,67 @@ fn the_same_picture_twice_is_the_same_bytes() {
         (0..33 * 17).map(|i| [(i % 7) as f32 * 0.2, 0.3, (i % 5) as f32, 1.0]).collect();
     let run = || display(&gpu, [33, 17], &pixels, &CompositorParameters::default());
     assert_eq!(run(), run());
+}
+
+/// Odd sizes, one pixel, a long strip; glints, and what is no number.
+#[test]
+fn bloom_follows_its_twin() {
+    let gpu = gpu();
+    for (size, exposure, transparent) in
+        [([1, 1], 0.0, false), ([61, 37], 0.0, false), ([64, 48], -3.0, true), ([4097, 3], 2.0, false)]
+    {
+        let pixels: Vec<[f32; 4]> = (0..size[0] * size[1])
+            .map(|i| match i % 97 {
+                11 => [300.0, 200.0, 100.0, 1.0],
+                12 => [f32::NAN, f32::INFINITY, -1.0, 0.5],
+                x => [0.002 * x as f32, 0.3, 0.5 - 0.004 * x as f32, 0.25],
+            })
+            .collect();
+        let parameters = CompositorParameters {
+            bloom: 0.4,
+            exposure: Some(exposure),
+            white_balance: [1.2, 1.0, 0.7],
+            anti_aliasing: false,
+            transparent,
+            ..Default::default()
+        };
+        let found = display(&gpu, size, &pixels, &parameters);
+        let bloomed = twin::bloom::bloomed(&parameters, &pixels, size);
+        let mut changed = 0;
+        for ((found, light), pixel) in found.iter().zip(&bloomed).zip(&pixels) {
+            let color = |p: &[f32; 4]| twin::display_color(&parameters, [p[0], p[1], p[2]]);
+            let (expected, plain) = (color(light), color(pixel));
+            for c in 0..3 {
+                let difference = f32::from(found[c]) - expected[c] * 255.0;
+                // Half a step of dither, half of rounding; levels are half floats, off by 2^-11 each: half a step in all.
+                assert!(difference.abs() <= 1.5, "{size:?}: {found:?} for {expected:?}");
+                changed += u32::from((expected[c] - plain[c]).abs() * 255.0 > 3.0);
+            }
+        }
+        assert!(size == [1, 1] || changed > 100, "{changed} channels scattered in {size:?}");
+    }
+}
+
+/// Without bloom there are neither its passes nor its memory.
+#[test]
+fn no_bloom_costs_nothing() {
+    let gpu = gpu();
+    let cost = |bloom: f32| {
+        let parameters = CompositorParameters { bloom, ..Default::default() };
+        let before = gpu.memory().current();
+        let mut compositor = Compositor::new(&gpu, &parameters).unwrap();
+        compositor.resize(&gpu, [64, 36]).unwrap();
+        let bytes = gpu.memory().current() - before;
+        let radiance = Image::<Radiance>::new(&gpu, [64, 36]).unwrap();
+        let display = Image::<DisplayImage>::new(&gpu, [64, 36]).unwrap();
+        let mut recorder = Recorder::new(&gpu, Timing::Isolated);
+        compositor.record(&gpu, &mut recorder, &radiance, &display);
+        let _ = recorder.submit(&gpu).unwrap();
+        let passes: Vec<_> = recorder.take_costs(&gpu).into_iter().map(|cost| cost.name).collect();
+        (bytes, passes.iter().filter(|name| name.contains("bloom")).count())
+    };
+    let (without, with) = (cost(0.0), cost(0.1));
+    assert_eq!((without.1, with.1), (0, 2));
+    // Three levels of half floats, and two of them once more.
+    assert_eq!(with.0 - without.0, 8 * (2 * 32 * 18 + 2 * 16 * 9 + 8 * 5));
 }

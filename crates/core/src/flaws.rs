@@ -63,6 +63,8 @@ pub enum Flaw {
     },
     /// Edges have steps: the filter that smooths them works on 8 bits.
     EdgesNotSmoothed,
+    /// The exposure was to be metered, but the pictures that it is metered on have no light.
+    NothingToMeter,
     /// Motion blur was asked for, but it is not known where particles are between frames.
     MotionNotBlurred {
         /// Why.
@@ -116,6 +118,9 @@ impl fmt::Display for Flaw {
             Self::EdgesNotSmoothed => {
                 f.write_str("edges are not smoothed in pictures of more than 8 bits; add --samples 16")
             }
+            Self::NothingToMeter => f.write_str(
+                "the exposure is 0 stops: there is no light in the pictures that it is metered on; set it with --exposure EV",
+            ),
             Self::MotionNotBlurred { reason } => write!(f, "there is no motion blur: {reason}"),
             Self::VelocitiesUnused => f.write_str(
                 "the velocities do not carry particles from frame to frame; particles move in straight lines between frames. \

@@ -97,6 +97,8 @@ texture_roles! {
     RadianceTexels: Rgba32Float, unit "linear, relative";
     /// Brightness of four neighbours in a row of the picture, a byte each; folded as above.
     LumaTexels: R32Uint, unit "4 x 8 bits";
+    /// A level of the pyramid that bloom is made of.
+    BloomLevel: Rgba16Float, unit "linear radiance, exposed, Rec. 709";
     /// Depth attachment of the opaque scene, reversed z.
     SceneDepth: Depth32Float, unit "reversed clip z";
 }

@@ -30,7 +30,7 @@ impl Renderer {
             }
             PixelDepth::Display8 => Pixels::Display8(display),
             PixelDepth::Display16 => {
-                let pixels = display_16(post, &radiance()?);
+                let pixels = display_16(post, &radiance()?, self.images().radiance.size());
                 Pixels::Display16(if is_reduced {
                     reduce_display_16(&pixels, size, supersampling)
                 } else {

@@ -16,6 +16,7 @@ mod images;
 mod layers;
 mod lod_view;
 mod measure;
+mod metering;
 mod opaque_sets;
 mod prepare;
 mod registry;
@@ -30,6 +31,7 @@ pub use error::PipelineError;
 pub use exposure::Exposure;
 pub use layers::Layer;
 pub use lod_view::LodView;
+pub use meniscus_compositor::Meter;
 pub use meniscus_lod::{
     LodParams, Mode as LodMode, Policy as LodPolicy, RateGovernor, Refinement, SetStoreStats,
 };

@@ -156,6 +156,12 @@ impl Renderer {
         Ok(())
     }
 
+    /// Exposes the following pictures by `stops`.
+    pub(crate) fn set_exposure(&mut self, stops: f32) {
+        self.settings.post.exposure = Some(stops);
+        self.compositor.set_exposure(stops);
+    }
+
     /// How the following frames are timed.
     pub fn set_timing(&mut self, timing: Timing) {
         self.recorder.set_timing(timing);

@@ -291,7 +291,7 @@ fn unknown(key: &str, parent: &str, map: &Map<String, Value>) -> SettingsError {
     SettingsError::UnknownKey { key: key.to_owned(), parent, available }
 }
 
-/// A TOML value; what is none is a string.
+/// A TOML value; what is none is a string, and so are `nan` and `inf`, for which JSON has nothing but what stands for `auto`.
 fn parse(text: &str) -> Value {
     if text == AUTO {
         return Value::Null;
@@ -299,6 +299,7 @@ fn parse(text: &str) -> Value {
     toml::from_str::<Map<String, Value>>(&format!("value = {text}"))
         .ok()
         .and_then(|mut table| table.remove("value"))
+        .filter(|value| !value.is_null())
         .unwrap_or_else(|| Value::String(text.to_owned()))
 }
 
@@ -363,6 +364,10 @@ mod tests {
         assert_eq!(settings.lighting.parameters["roughness"], 0.5);
         settings.set("scene.walls", "auto").unwrap();
         assert_eq!(settings.scene.walls, None);
+        settings.set("post.exposure", "1.5").unwrap();
+        assert_eq!(settings.post.exposure, Some(1.5));
+        settings.set("post.exposure", "auto").unwrap();
+        assert_eq!(settings.post.exposure, None);
     }
 
     #[test]
@@ -403,8 +408,10 @@ mod tests {
         let unknown = message(settings.set("post.exposur", "1"));
         assert!(unknown.contains("post.exposur") && unknown.contains("exposure"), "{unknown}");
         assert!(message(settings.set("pots.exposure", "1")).contains("lighting"));
-        let wrong = message(settings.set("post.exposure", "bright"));
-        assert!(wrong.contains("bright"), "{wrong}");
+        for value in ["bright", "nan", "inf"] {
+            let wrong = message(settings.set("post.exposure", value));
+            assert!(wrong.contains(value), "{wrong}");
+        }
         assert_eq!(settings, before);
         let filter = message(settings.choose_filter(&Registry::builtin(), "median"));
         assert!(filter.contains("median") && filter.contains("narrow-range"), "{filter}");

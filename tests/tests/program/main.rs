@@ -15,6 +15,7 @@ mod info;
 mod interrupt;
 mod layers;
 mod look;
+mod metering;
 mod overlays;
 mod parameters;
 mod playback;

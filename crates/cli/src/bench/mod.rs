@@ -51,6 +51,8 @@ pub fn run(
     check_frame(args.frame, &series)?;
     let trace = Trace::new(args.trace.is_some());
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
+    let camera = studio.camera;
+    studio.meter(&series, &[(args.frame, camera)], &cancel, terminal)?;
     let preparer = studio.renderer.preparer(&studio.world);
     let (mut read_ms, mut prepare_ms) = (Vec::new(), Vec::new());
     let frame = loop {

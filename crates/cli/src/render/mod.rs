@@ -82,6 +82,11 @@ pub fn run(
     studio.renderer.set_tracing(args.trace.is_some());
     let look =
         Look::open(studio.camera, args.camera_path.as_deref(), &studio.world, shots.rate, shots.range)?;
+    let probes = shots.probes.iter().map(|&moment| {
+        let (Sample::Frame(frame) | Sample::Between { before: frame, .. }) = moment.sample;
+        Ok::<_, Failure>((frame, look.at(&Part::whole(moment))?))
+    });
+    studio.meter(&*series, &probes.collect::<Result<Vec<_>, _>>()?, &cancel, terminal)?;
     let maker = Maker::new(&studio, args, output.depth());
     let captions = Captions::plan(args, &studio.world, &shots)?;
     let works = works(args, &series, &shots, &look, &captions, &maker, &mut output)?;

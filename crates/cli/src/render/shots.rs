@@ -22,6 +22,8 @@ pub struct Shots {
     pub least_step: Option<f64>,
     /// Numbers of the first picture and of the last, those of other shards included.
     pub range: [usize; 2],
+    /// The first picture, the one in the middle and the last, those of other shards included: what is found once for all.
+    pub probes: Vec<Moment>,
     /// What was chosen.
     pub choices: Vec<Choice>,
     /// What is not as asked.
@@ -72,6 +74,7 @@ impl Shots {
         };
         let number = |moment: Option<&Moment>| moment.map_or(0, |moment| moment.number);
         let range = [number(timeline.moments().first()), number(timeline.moments().last())];
+        let probes = probes(timeline.moments());
         let times = timeline.moments().windows(2).filter_map(|pair| Some(pair[1].time? - pair[0].time?));
         let least_step = times.filter(|step| *step > 0.0).reduce(f64::min);
         let mine = args.time.shard.map_or_else(|| timeline.clone(), |s| timeline.shard(s.index, s.count));
@@ -100,7 +103,7 @@ impl Shots {
         } else {
             Arc::clone(series) as Arc<dyn FrameSource>
         };
-        Ok(Self { source, shots, rate, least_step, range, choices, flaws })
+        Ok(Self { source, shots, rate, least_step, range, probes, choices, flaws })
     }
 }
 
@@ -109,6 +112,14 @@ impl Part {
     pub fn whole(moment: Moment) -> Self {
         Self { moment, later: 0.0, sample: None, index: moment.number }
     }
+}
+
+/// The first, the middle and the last of `moments`, as far as they differ.
+fn probes(moments: &[Moment]) -> Vec<Moment> {
+    let last = moments.len().saturating_sub(1);
+    let mut places = vec![0, last / 2, last];
+    places.dedup();
+    places.into_iter().filter_map(|place| moments.get(place).copied()).collect()
 }
 
 /// What the picture of `moment` is the mean of.

@@ -46,6 +46,8 @@ pub fn run(
     super::check_frame(args.frame, &series)?;
     let trace = Arc::new(Trace::new(args.trace.is_some()));
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
+    let camera = studio.camera;
+    studio.meter(&*series, &[(args.frame, camera)], &cancel, terminal)?;
     let preparer = studio.renderer.preparer(&studio.world);
 
     let order = order(args, series.frame_count());
