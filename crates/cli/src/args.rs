@@ -283,7 +283,7 @@ pub struct PictureArgs {
     pub sun: Option<SunValue>,
 
     /// Exposure in stops, each one more doubles the light, or auto: metered on the first, middle and last picture, then the same
-    /// for all [default: 0].
+    /// for all [default: 0, less for white liquids].
     #[arg(long, value_name = "EV|auto", allow_hyphen_values = true)]
     pub exposure: Option<ExposureValue>,
 

@@ -77,7 +77,7 @@ impl Studio {
     pub fn open(
         series: &Series,
         args: &PictureArgs,
-        settings: Settings,
+        mut settings: Settings,
         global: &Global,
         registry: Registry,
         terminal: &Terminal,
@@ -100,6 +100,9 @@ impl Studio {
             choices.extend(world.choices());
         }
         choices.extend(args.params.iter().filter_map(vtk_name));
+        if !sets_exposure(args) {
+            choices.extend(settings.expose_for_liquid(&registry));
+        }
         let (camera, camera_choice) = camera(args, &world, series.frame_count() > 1)?;
         choices.extend(camera_choice);
         terminal.choices(&choices);
@@ -141,6 +144,13 @@ impl Studio {
         }
         Ok(())
     }
+}
+
+/// Whether the exposure was said.
+fn sets_exposure(args: &PictureArgs) -> bool {
+    let is_it =
+        |parameter: &Parameter| matches!(parameter, Parameter::Set { key, .. } if key == "post.exposure");
+    args.exposure.is_some() || args.params.iter().any(is_it)
 }
 
 /// What a parameter in VTK's words was taken for.

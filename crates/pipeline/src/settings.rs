@@ -1,6 +1,7 @@
 use std::path::PathBuf;
 
 use meniscus_compositor::CompositorParameters;
+use meniscus_core::Choice;
 use meniscus_lod::LodParams;
 use meniscus_scene::Description;
 use meniscus_shading::{LightingChoice, VTK_NAMES};
@@ -210,6 +211,23 @@ impl Settings {
         self.validate(registry)
     }
 
+    /// Shortens the exposure for a white liquid, so that its lit side keeps its shape, and says so; `None` where that is not needed: the
+    /// liquid is dark enough, or its colours stand for numbers. For pictures whose exposure nobody has set.
+    pub fn expose_for_liquid(&mut self, registry: &Registry) -> Option<Choice> {
+        let albedo = registry.lighting.make(&self.lighting).map_or(0.0, |model| model.body_albedo());
+        let stops = (10.0 * (BRIGHTEST_ALBEDO / albedo).log2()).round() / 10.0;
+        if stops >= 0.0 || self.color.by.is_some() {
+            return None;
+        }
+        self.post.exposure = Some(stops);
+        Some(Choice {
+            what: "exposure".into(),
+            value: format!("{stops} stops"),
+            reason: "the liquid is white".into(),
+            flag: "--exposure EV".into(),
+        })
+    }
+
     /// Checks all ranges and names.
     ///
     /// # Errors
@@ -259,6 +277,10 @@ impl Settings {
         tree
     }
 }
+
+/// Albedo of a body whose side that faces the sun is as bright as the neutral tone curve keeps, 0.8 (Khronos PBR neutral): in the
+/// automatic scene, and in others that are brought to its brightness, sun and sky light that side by 1.2 of what they give a white level floor.
+const BRIGHTEST_ALBEDO: f32 = 0.8 / 1.2;
 
 /// The value at `key`.
 fn slot<'a>(tree: &'a mut Value, key: &str) -> Result<&'a mut Value, SettingsError> {
@@ -398,6 +420,30 @@ mod tests {
         {
             assert!(listed.contains(&(key.to_owned(), value.to_owned())), "{key} in {listed:?}");
         }
+    }
+
+    #[test]
+    fn white_liquids_are_exposed_for_and_no_others() {
+        let registry = Registry::builtin();
+        let exposed = |model: &str, parameters: &[(&str, &str)]| {
+            let mut settings = Settings::default();
+            settings.choose_lighting(&registry, model).unwrap();
+            for (key, value) in parameters {
+                settings.set(key, value).unwrap();
+            }
+            let choice = settings.expose_for_liquid(&registry);
+            assert_eq!(choice.is_some(), settings.post.exposure != Some(0.0));
+            settings.post.exposure
+        };
+        for dark in ["clear", "sea", "river", "mud", "oil"] {
+            assert_eq!(exposed("fluid", &[("lighting.preset", dark)]), Some(0.0), "{dark}");
+            assert_eq!(exposed("opaque", &[("lighting.preset", dark)]), Some(0.0), "{dark}");
+        }
+        // log2(0.8 / 1.2 / 0.93), to tenths.
+        assert_eq!(exposed("fluid", &[("lighting.preset", "milk")]), Some(-0.5));
+        assert_eq!(exposed("opaque", &[]), Some(-0.5));
+        assert_eq!(exposed("opaque", &[("lighting.color", "[1.0, 1.0, 1.0]")]), Some(-0.6));
+        assert_eq!(exposed("opaque", &[("color.by", "velocity")]), Some(0.0));
     }
 
     #[test]

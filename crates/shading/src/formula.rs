@@ -41,6 +41,11 @@ pub trait Formula:
         Promises::default()
     }
 
+    /// As [`LightingModel::body_albedo`].
+    fn body_albedo(&self) -> f32 {
+        0.0
+    }
+
     /// The uniform for water of this scale; a scale without meaning (zero, NaN) gives finite numbers, too.
     fn uniform(&self, scale: WaterScale, surroundings: &Surroundings) -> Self::Uniform;
 
@@ -99,6 +104,10 @@ impl<F: Formula> LightingModel for PixelModel<F> {
 
     fn promises(&self) -> Promises {
         self.parameters.promises()
+    }
+
+    fn body_albedo(&self) -> f32 {
+        self.parameters.body_albedo()
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {

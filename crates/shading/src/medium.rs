@@ -43,6 +43,15 @@ impl MediumParameters {
         }
     }
 
+    /// Share of light that is scattered over the representative depth, in the channel in which it is most.
+    pub(crate) fn albedo(&self) -> f32 {
+        let scattered = |absorption: f32| {
+            let extinction = self.turbidity + self.attenuation_scale * absorption;
+            self.turbidity / extinction.max(f32::MIN_POSITIVE) * (1.0 - (-extinction).exp())
+        };
+        self.attenuation_color.into_iter().map(scattered).fold(0.0, f32::max)
+    }
+
     /// 1 / the depth over which optical depths act, 1 / world units; 0 for one without meaning.
     pub(crate) fn per_world(&self, scale: WaterScale) -> f32 {
         scale.per_depth(self.attenuation_depth)

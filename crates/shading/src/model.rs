@@ -120,6 +120,12 @@ pub trait LightingModel: Send + Sync {
         Promises::default()
     }
 
+    /// Share of the light on it that a deep body gives back, 0 to 1, in the channel in which it is most; next to nothing for liquids
+    /// that are seen through. White bodies ask for a shorter exposure.
+    fn body_albedo(&self) -> f32 {
+        0.0
+    }
+
     /// Compiles the model for `gpu`; once per program and model.
     ///
     /// # Errors

@@ -105,6 +105,10 @@ impl Formula for FluidParameters {
         }
     }
 
+    fn body_albedo(&self) -> f32 {
+        self.medium.albedo()
+    }
+
     fn uniform(&self, scale: WaterScale, _: &Surroundings) -> FluidUniform {
         FluidUniform {
             medium: self.medium.uniform(scale),

@@ -87,6 +87,10 @@ impl Formula for OpaqueLiquidParameters {
         }
     }
 
+    fn body_albedo(&self) -> f32 {
+        self.color.into_iter().fold(0.0, f32::max)
+    }
+
     fn uniform(&self, scale: WaterScale, _: &Surroundings) -> OpaqueLiquidUniform {
         OpaqueLiquidUniform {
             color: self.color,
