@@ -53,6 +53,11 @@ roles! {
     };
     /// Coarse stand-ins for the particles of a page.
     StandIns: StandIn, unit "world", empty StandIn { center_world: [0.0; 3], packed: 0 };
+    /// Drops of foam.
+    FoamDrops: FoamDrop, unit "world", empty FoamDrop { center_world: [0.0; 3], packed: 0 };
+    /// Optical depth of foam: in front of the surface, in it, behind it, and the last times its depth behind the surface in
+    /// spacings; in [`FoamDrop::STEPS`].
+    FoamLayers: [u32; 4], unit "optical depth in fixed point", empty [0; 4];
     /// One attribute value per particle of a page, in the page's order.
     AttributeValues: f32, unit "the attribute's own", empty 0.0;
     /// Distance of the nearest surface along the view axis; (0, MAX), MAX = no surface.
@@ -184,6 +189,42 @@ pub struct StandIn {
     pub center_world: [f32; 3],
     /// Low 16 bits: volume in those of a particle of the set's own size. High 16 bits: radius in spacings. Both IEEE halves.
     pub packed: u32,
+}
+
+/// A soft white drop, of which foam, spray and bubbles are made: 16 bytes, as a particle.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
+pub struct FoamDrop {
+    /// Centre, world space.
+    pub center_world: [f32; 3],
+    /// Low 16 bits: optical depth along a line through the centre. High 16 bits: radius in spacings. Both IEEE halves.
+    pub packed: u32,
+}
+
+impl FoamDrop {
+    /// Steps of fixed point for an optical depth of 1: sums saturate at a million.
+    pub const STEPS: u32 = 4096;
+
+    /// A drop of this radius in spacings and optical depth at its centre.
+    pub fn new(center_world: [f32; 3], radius_spacings: f32, optical_depth: f32) -> Self {
+        let half = |value: f32| u32::from(half::f16::from_f32(value).to_bits());
+        Self { center_world, packed: half(radius_spacings) << 16 | half(optical_depth) }
+    }
+
+    /// Radius in spacings.
+    pub fn radius_spacings(&self) -> f32 {
+        half::f16::from_bits((self.packed >> 16) as u16).to_f32()
+    }
+
+    /// Optical depth along a line through the centre.
+    pub fn optical_depth(&self) -> f32 {
+        half::f16::from_bits(self.packed as u16).to_f32()
+    }
+}
+
+impl crate::HostStruct for FoamDrop {
+    const WGSL_NAME: &'static str = "FoamDrop";
+    const FIELDS: &'static [crate::HostField] = crate::host_fields!(FoamDrop { center_world, packed });
 }
 
 impl crate::HostStruct for Occludee {

@@ -15,6 +15,7 @@ pub mod chunks;
 pub mod cut;
 mod detail;
 mod error;
+pub mod foam;
 mod governor;
 mod gpu_set;
 mod grid;
@@ -29,6 +30,7 @@ pub mod weight;
 
 pub use chunks::{Chunk, ChunkOptions, ChunkedSet};
 pub use error::LodError;
+pub use foam::{FoamOptions, Foaminess};
 pub use governor::{RateGovernor, Refinement};
 pub use gpu_set::{GpuSet, PageLists};
 pub use hash::Identity;

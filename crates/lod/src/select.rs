@@ -118,7 +118,7 @@ pub(crate) struct Candidate<'a> {
 ///
 /// The surface is drawn from the shells that face the eye first. What faces away or is buried is drawn where those do not
 /// hide it, so that the picture is the same with far less work. In the thickness, stand-ins take the place of particles where
-/// the tolerated errors allow, but not at full detail.
+/// the tolerated errors allow, but not at full detail. Isolated particles of a set with foam are no part of either.
 ///
 /// # Errors
 /// [`LodError`] where an argument is out of range.
@@ -370,7 +370,9 @@ impl Chooser<'_> {
         let keeps = self.keeps(candidate, spacing_px * chunk.largest);
         let parts: [PartChoice; 3] = std::array::from_fn(|part| {
             let (first, end) = (ends[part], ends[part + 1]);
-            if first == end {
+            // Spray that is drawn as foam is no sphere besides.
+            let is_foam = part == 0 && self.set.foam.is_some();
+            if first == end || is_foam {
                 return PartChoice::default();
             }
             let of_part = &particles[first as usize..end as usize];
