@@ -22,6 +22,6 @@ pub use error::SsfrError;
 pub use filter::{FilterEntry, FilterImages, FilterRegistry, SurfaceFilter};
 pub use images::SurfaceImages;
 pub use params::{FilterChoice, SsfrParams, ThicknessParams};
-pub use passes::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
+pub use passes::{ColoredSet, Coloring, FoamSplats, FoamUniform, NO_VALUE, ScaleUniform};
 pub use splats::{Radii, SplatInput, SplatSet, Tested};
 pub use stage::Ssfr;

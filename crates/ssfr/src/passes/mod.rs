@@ -1,6 +1,7 @@
 //! The passes of the stage; each has the name of its shader.
 
 mod coloring;
+mod foam;
 mod normal;
 mod occlusion;
 mod pages;
@@ -12,6 +13,7 @@ use meniscus_gpu::{
 };
 
 pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
+pub use foam::{FoamSplats, FoamUniform};
 pub(crate) use normal::NormalPass;
 pub(crate) use occlusion::tile_count;
 pub(crate) use surface::SurfacePasses;

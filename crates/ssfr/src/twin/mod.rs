@@ -4,6 +4,7 @@
 mod coloring;
 mod depth;
 mod filter;
+mod foam;
 mod normal;
 mod splat;
 mod thickness;
@@ -12,6 +13,7 @@ mod view;
 pub use coloring::coloring;
 pub use depth::{DepthImages, depth};
 pub use filter::{adaptive, bilateral, curvature_flow, gaussian, narrow_range, narrow_range_paper, none};
+pub use foam::foam;
 pub use normal::{normal, unpack_normal};
 pub use splat::HostSet;
 pub use thickness::{thickness_smooth, thickness_sum};
