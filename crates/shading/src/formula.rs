@@ -49,6 +49,11 @@ pub trait Formula:
     /// The uniform for water of this scale; a scale without meaning (zero, NaN) gives finite numbers, too.
     fn uniform(&self, scale: WaterScale, surroundings: &Surroundings) -> Self::Uniform;
 
+    /// What the water takes of light that comes up from inside of it ([`LightingPass::extinction`]).
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        [scale.opaque_extinction(); 3]
+    }
+
     /// The pass on the CPU: radiance and coverage of one pixel.
     fn shade_pixel(uniform: &Self::Uniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4];
 }
@@ -158,5 +163,9 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         bindings.retain(|(name, _)| pipeline.binds(name));
         let size = Dispatch::Pixels(inputs.camera.size_px);
         recorder.compute(gpu, F::PASS, pipeline, &bindings, size);
+    }
+
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        self.model.parameters.extinction(scale)
     }
 }

@@ -7,6 +7,7 @@
 pub mod conformance;
 mod environment;
 mod error;
+mod foam;
 mod formula;
 mod liquid;
 mod medium;
@@ -24,6 +25,7 @@ mod vtk_names;
 
 pub use environment::{EnvironmentMap, EnvironmentSize, EnvironmentTexels};
 pub use error::ShadingError;
+pub use foam::{FoamLook, FoamPass};
 pub use formula::{Formula, PixelModel};
 pub use liquid::Liquid;
 pub use medium::{MediumParameters, MediumUniform};

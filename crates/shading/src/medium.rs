@@ -91,6 +91,13 @@ pub struct MediumUniform {
     pub scattering: f32,
 }
 
+impl MediumUniform {
+    /// What is absorbed and scattered together, 1 / world unit.
+    pub fn extinction(&self) -> [f32; 3] {
+        self.absorption.map(|absorption| absorption + self.scattering)
+    }
+}
+
 impl HostStruct for MediumUniform {
     const WGSL_NAME: &'static str = "Medium";
     const FIELDS: &'static [HostField] = host_fields!(MediumUniform { absorption, scattering });

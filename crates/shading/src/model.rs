@@ -35,7 +35,7 @@ impl WaterScale {
     }
 
     /// Extinction of what light does not get through: a spacing of it is dark. 1 / world units.
-    pub(crate) fn opaque_extinction(&self) -> f32 {
+    pub fn opaque_extinction(&self) -> f32 {
         3.0 * Self { depth_world: self.usable_spacing(), ..*self }.per_depth(None)
     }
 }
@@ -159,4 +159,10 @@ pub trait LightingPass: Send + Sync {
         inputs: &LightingInputs<'_>,
         output: &Image<Radiance>,
     );
+
+    /// What the water takes of light that comes up from inside of it, per channel, 1 / world unit: how deep bubbles show. Unless a
+    /// model says otherwise, light does not get through its water.
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        [scale.opaque_extinction(); 3]
+    }
 }

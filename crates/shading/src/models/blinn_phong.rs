@@ -83,6 +83,10 @@ impl Formula for BlinnPhongParameters {
         }
     }
 
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        self.medium.uniform(scale).extinction()
+    }
+
     fn shade_pixel(uniform: &BlinnPhongUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
         blinn_phong::shade_pixel(uniform, input, pixel)
     }

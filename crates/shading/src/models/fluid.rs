@@ -123,6 +123,10 @@ impl Formula for FluidParameters {
         }
     }
 
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        self.medium.uniform(scale).extinction()
+    }
+
     fn shade_pixel(uniform: &FluidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
         fluid::shade_pixel(uniform, input, pixel)
     }

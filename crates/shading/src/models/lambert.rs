@@ -64,6 +64,10 @@ impl Formula for LambertParameters {
         BlinnPhongParameters { medium, color, specular: 0.0, shininess: 1.0 }.uniform(scale, surroundings)
     }
 
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        self.medium.uniform(scale).extinction()
+    }
+
     fn shade_pixel(uniform: &BlinnPhongUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
         BlinnPhongParameters::shade_pixel(uniform, input, pixel)
     }

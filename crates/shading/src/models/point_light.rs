@@ -124,6 +124,10 @@ impl Formula for PointLightParameters {
         }
     }
 
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        self.medium.uniform(scale).extinction()
+    }
+
     fn shade_pixel(uniform: &PointLightUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
         point_light::shade_pixel(uniform, input, pixel)
     }

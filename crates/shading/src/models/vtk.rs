@@ -148,6 +148,16 @@ impl Formula for VtkParameters {
         }
     }
 
+    fn extinction(&self, scale: WaterScale) -> [f32; 3] {
+        match self.display_mode {
+            DisplayMode::Opaque => [scale.opaque_extinction(); 3],
+            _ => {
+                let per_world = self.attenuation_scale * scale.per_depth(self.attenuation_depth);
+                self.attenuation_color.map(|tau| tau * per_world)
+            }
+        }
+    }
+
     fn shade_pixel(uniform: &VtkUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
         vtk::shade_pixel(uniform, input, pixel)
     }

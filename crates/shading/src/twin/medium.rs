@@ -8,13 +8,9 @@ use super::body::{COLOR_OPACITY, irradiance};
 use super::{mix, smoothstep};
 use crate::{MediumUniform, SkyUniform};
 
-fn extinction(medium: &MediumUniform) -> Vec3 {
-    Vec3::from(medium.absorption) + medium.scattering
-}
-
 /// Share of light that goes straight through.
 pub(super) fn transmittance(medium: &MediumUniform, path_world: f32) -> Vec3 {
-    (-LOG2_E * extinction(medium) * path_world).map(f32::exp2)
+    (-LOG2_E * Vec3::from(medium.extinction()) * path_world).map(f32::exp2)
 }
 
 /// Light that comes through the water below a surface with this normal.
@@ -30,7 +26,7 @@ pub(super) fn transmitted(
         + Vec3::from(sky.sun_irradiance) / (4.0 * PI);
     let density = 1.0 - (-LOG2_E * medium.scattering * path_world).exp2();
     let light = mix(around, irradiance(sky, normal) / PI, smoothstep(0.3, 1.0, density));
-    let albedo = medium.scattering / extinction(medium).max(Vec3::splat(1e-30));
+    let albedo = medium.scattering / Vec3::from(medium.extinction()).max(Vec3::splat(1e-30));
     through * behind + albedo * (1.0 - through) * light
 }
 

@@ -6,6 +6,7 @@ mod body;
 pub mod brdf;
 mod environment;
 pub(crate) mod fluid;
+mod foam;
 pub(crate) mod granular;
 mod medium;
 mod neighbourhood;
@@ -19,6 +20,8 @@ pub(crate) mod surroundings;
 mod view;
 pub(crate) mod vtk;
 mod water;
+
+pub use foam::foam;
 
 use glam::Vec3;
 use meniscus_gpu::CameraUniform;

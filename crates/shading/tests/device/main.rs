@@ -3,6 +3,7 @@
 mod brdf;
 mod conformance;
 mod fluid;
+mod foam;
 mod mistakes;
 mod scene;
 mod sunlight;
