@@ -15,8 +15,8 @@ pub use film::{EncodingArgs, ExposureArgs, JoinArgs, TimeArgs};
 
 use crate::failure::Failure;
 use crate::values::{
-    ByteCount, CameraValue, CaseName, ColorRange, Detail, ExposureValue, FrameRange, ImageSize, MediumSpeed,
-    MemorySize, Parameter, SunValue, Unit,
+    ByteCount, CameraValue, CaseName, ColorRange, Detail, ExposureValue, FoamAmount, FrameRange, ImageSize,
+    MediumSpeed, MemorySize, Parameter, SunValue, Unit,
 };
 
 /// Exit codes, printed under every `--help`.
@@ -269,6 +269,10 @@ pub struct PictureArgs {
     /// Logarithmic colours.
     #[arg(long, requires = "color_by")]
     pub color_log: bool,
+
+    /// Foam, spray and bubbles: how much of them, 1 is the usual amount; --param foam.* for where they are [default: off].
+    #[arg(long, value_name = "AMOUNT|off")]
+    pub foam: Option<FoamAmount>,
 
     /// Scene file: floor, walls, boxes, sun and sky [default: a tiled floor under a clear sky].
     #[arg(long, value_name = "FILE.toml")]

@@ -13,7 +13,7 @@ use meniscus_scene::{NamedView, above_ground, automatic_camera};
 use crate::args::{Global, PictureArgs};
 use crate::failure::Failure;
 use crate::terminal::{Terminal, print};
-use crate::values::{ColorRange, Detail, Parameter};
+use crate::values::{ColorRange, Detail, FoamAmount, Parameter};
 
 /// Everything a picture needs besides its particles.
 pub struct Studio {
@@ -57,6 +57,9 @@ pub fn settings(args: &PictureArgs, registry: &Registry) -> Result<Option<Settin
     if let Some(exposure) = args.exposure {
         settings.post.exposure = exposure.0;
     }
+    if let Some(FoamAmount(amount)) = args.foam {
+        settings.foam.amount = amount;
+    }
     let mut list = false;
     for parameter in &args.params {
         match parameter {
@@ -94,6 +97,9 @@ impl Studio {
         let mut flaws = series.flaws().clone();
         gpu.flaw().cloned().into_iter().for_each(|flaw| flaws.add(flaw));
 
+        if settings.foam.velocity.is_none() {
+            settings.foam.velocity = series.velocity().map(ToOwned::to_owned);
+        }
         let world = World::of_series(series, *series.space(), &settings)?;
         // Pure water absorbs by its unit, not by the depth of the data.
         if settings.lighting.parameters.get("pure_water") != Some(&serde_json::Value::Bool(true)) {

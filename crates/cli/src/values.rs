@@ -38,6 +38,22 @@ impl FromStr for ColorRange {
     }
 }
 
+/// `--foam`: an amount, 0 for `off`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FoamAmount(pub f32);
+
+impl FromStr for FoamAmount {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Self, String> {
+        match text.parse() {
+            _ if text == "off" => Ok(Self(0.0)),
+            Ok(amount) if (0.0..=10.0).contains(&amount) => Ok(Self(amount)),
+            _ => Err("expected 0 to 10 (1 is the usual amount), or off".into()),
+        }
+    }
+}
+
 /// The share of the time between two pictures that a shutter is open for.
 pub fn shutter(text: &str) -> Result<f64, String> {
     match text.parse::<f64>() {

@@ -97,8 +97,13 @@ mod tests {
         let positions = (0..8000).map(|i| at(order(i))).collect();
         let particles = ParticleFrame { positions, ids, ..Default::default() };
         let water = ParticleSet { name: "water".into(), look: Look::Water, particles };
-        let preparer =
-            Preparer { page_particles: 1 << 20, spacing_world: 1.0, identity: Identity::Id, quantity: None };
+        let preparer = Preparer {
+            page_particles: 1 << 20,
+            spacing_world: 1.0,
+            identity: Identity::Id,
+            quantity: None,
+            foam: None,
+        };
         preparer.prepare(SetFrame { index, sets: vec![water], ..Default::default() })
     }
 

@@ -1,6 +1,6 @@
 use meniscus_color::Quantity;
 use meniscus_core::{Flaws, FrameRead, Look, SetFrame};
-use meniscus_lod::{ChunkOptions, ChunkedSet, Identity, chunks};
+use meniscus_lod::{ChunkOptions, ChunkedSet, FoamOptions, Identity, chunks};
 
 use crate::colors::values_of;
 
@@ -49,6 +49,8 @@ pub struct Preparer {
     pub(crate) identity: Identity,
     /// What the water is coloured by.
     pub(crate) quantity: Option<Quantity>,
+    /// What foam of the water is found by.
+    pub(crate) foam: Option<FoamOptions>,
 }
 
 impl Preparer {
@@ -63,7 +65,8 @@ impl Preparer {
             .into_iter()
             .filter(|set| set.look != Look::Hidden)
             .map(|set| {
-                let chunked = chunks::build(&set.particles, &options);
+                let foam = self.foam.as_ref().filter(|_| set.look == Look::Water);
+                let chunked = chunks::build_with_foam(&set.particles, &options, foam);
                 let quantity = self.quantity.as_ref().filter(|_| set.look == Look::Water);
                 let values = quantity.map(|q| values_of(&set.particles, &chunked, q)).unwrap_or_default();
                 let has_ids = !set.particles.ids.is_empty();

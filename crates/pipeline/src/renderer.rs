@@ -10,11 +10,12 @@ use meniscus_lod::{
     GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
     Viewpoint, explain,
 };
-use meniscus_shading::{LightingInputs, LightingPass, SceneGeometry, ScenePass};
+use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
 use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
 
 use crate::colors::{GpuValues, SurfaceColors};
 use crate::counters;
+use crate::foam::{FoamStage, GpuFoam};
 use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
 use crate::lod_view::{self, Canvas, Explained, LodView};
@@ -36,6 +37,7 @@ struct DrawnSet {
     look: Look,
     gpu: GpuSet,
     values: GpuValues,
+    foam: GpuFoam,
     selector: Selector,
 }
 
@@ -58,6 +60,7 @@ pub struct Renderer {
     images: Option<FrameImages>,
     colors: Option<SurfaceColors>,
     opaque: Option<OpaqueSets>,
+    foam: Option<FoamStage>,
     sets: Vec<DrawnSet>,
     counts: ParticleCounts,
     counting: bool,
@@ -86,6 +89,7 @@ impl Renderer {
             images: None,
             colors: None,
             opaque: None,
+            foam: None,
             sets: Vec::new(),
             counts: ParticleCounts::default(),
             counting: false,
@@ -120,6 +124,7 @@ impl Renderer {
             spacing_world: world.space().spacing as f32,
             identity: self.settings.lod.policy.identity(),
             quantity: world.color().map(|scale| scale.quantity.clone()),
+            foam: world.foam().cloned(),
         }
     }
 
@@ -356,6 +361,8 @@ impl Renderer {
             Some("none is selected; check --where and --set")
         } else if counts.chunks_culled == counts.chunks {
             Some("all are outside of the view; check --camera or leave it out")
+        } else if self.sets.iter().any(|set| !set.foam.is_empty()) {
+            None
         } else if counts.kept == 0 {
             Some("the level of detail keeps none; raise --lod")
         } else if self.sets.iter().all(|set| set.look == Look::Water) && self.covered_fraction()? == 0.0 {
@@ -413,6 +420,7 @@ impl Renderer {
         self.select(frame, world, camera, size)?;
         self.fit_opaque(size)?;
         self.fit_sun(size, world)?;
+        self.fit_foam(size)?;
 
         let uniform = CameraUniform::new(camera, size);
         let camera_binding = self.recorder.uniform(&uniform);
@@ -482,6 +490,25 @@ impl Renderer {
             sunlight: if has_sunlight { &images.sunlight } else { &images.no_shadow },
         };
         self.lighting.record(&self.gpu, &mut self.recorder, &inputs, &images.radiance);
+        if let Some(foam) = &self.foam {
+            let settings = &self.settings.foam;
+            let spacing_world = world.space().spacing as f32;
+            let drawn = |set| GpuFoam::drawn(set, spacing_world, settings, &self.settings.lod);
+            let pages: Vec<_> = self.sets.iter().flat_map(|set| drawn(&set.foam)).collect();
+            let extinction = self.lighting.extinction(world.scale());
+            let look =
+                FoamLook::new(extinction, world.scale(), settings.curvature, settings.curvature_threshold);
+            foam.record(
+                &self.gpu,
+                &mut self.recorder,
+                &camera_binding,
+                &pages,
+                &images.surface,
+                &inputs,
+                &look,
+                &images.radiance,
+            );
+        }
         self.compositor.record(&self.gpu, &mut self.recorder, &images.radiance, &images.display);
         Ok(())
     }
@@ -534,6 +561,15 @@ impl Renderer {
         Ok(())
     }
 
+    /// Makes what draws foam, if there is to be any.
+    fn fit_foam(&mut self, size: [u32; 2]) -> Result<(), PipelineError> {
+        if self.settings.foam.is_on() && self.foam.as_ref().is_none_or(|foam| foam.size() != size) {
+            self.foam = None;
+            self.foam = Some(FoamStage::new(&self.gpu, size)?);
+        }
+        Ok(())
+    }
+
     /// Uploads the sets and what of them is kept, where either has changed.
     fn select(
         &mut self,
@@ -550,6 +586,7 @@ impl Renderer {
             drawn.look = set.look;
             drawn.gpu.upload(&self.gpu, &self.store, &set.chunked)?;
             drawn.values.upload(&self.gpu, &set.chunked, &set.values)?;
+            drawn.foam.upload(&self.gpu, &set.chunked)?;
             if drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)? {
                 drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
             }
@@ -568,6 +605,7 @@ impl DrawnSet {
             look: Look::Hidden,
             gpu: GpuSet::default(),
             values: GpuValues::default(),
+            foam: GpuFoam::default(),
             selector: Selector::default(),
         }
     }

@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::{ColorSettings, Registry};
+use crate::{ColorSettings, FoamSettings, Registry};
 
 /// Every parameter of a picture besides its camera and size. Stages describe their own; `stage.name` is the key on the
 /// command line.
@@ -25,6 +25,8 @@ pub struct Settings {
     pub lighting: LightingChoice,
     /// Colour of the water by an attribute.
     pub color: ColorSettings,
+    /// Foam, spray and bubbles.
+    pub foam: FoamSettings,
     /// Surroundings.
     pub scene: SceneSettings,
     /// Tone mapping and what comes after.
@@ -238,6 +240,7 @@ impl Settings {
         self.post.validate().map_err(SettingsError::stage)?;
         self.color.validate().map_err(SettingsError::stage)?;
         self.scene.validate()?;
+        self.foam.validate()?;
         let known = |kind: &str, name: &str, names: Vec<&str>| {
             if names.contains(&name) {
                 return Ok(());

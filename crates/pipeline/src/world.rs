@@ -1,12 +1,13 @@
 use glam::Vec3;
 use meniscus_color::{ColorScale, Quantity};
 use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, SeriesSpace, SetFrame};
+use meniscus_lod::FoamOptions;
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
 
 use crate::colors::sample;
 use crate::measure::{column_depth, outline, robust_bounds};
-use crate::{PipelineError, Settings};
+use crate::{FoamSettings, PipelineError, Settings, foam};
 
 /// What stays the same over a series: its space, the room it takes, the scene around it and how clear the water is.
 #[derive(Clone, Debug)]
@@ -19,6 +20,7 @@ pub struct World {
     request: FrameRequest,
     color: Option<ColorScale>,
     color_choice: Option<Choice>,
+    foam: Option<(FoamOptions, Choice)>,
 }
 
 impl World {
@@ -31,7 +33,7 @@ impl World {
         space: SeriesSpace,
         settings: &Settings,
     ) -> Result<Self, PipelineError> {
-        let (quantity, request) = (settings.color.quantity()?, settings.color.request()?);
+        let (quantity, request) = (settings.color.quantity()?, request(settings)?);
         let last = source.frame_count().saturating_sub(1);
         let mut frames = vec![0, last / 2, last];
         frames.dedup();
@@ -39,7 +41,7 @@ impl World {
         let mut measured = Vec::new();
         for index in frames {
             match source.read(index, &request, &Cancel::default()) {
-                Ok(frame) => measured.push(Measured::of(&frame, &space, quantity.as_ref())),
+                Ok(frame) => measured.push(Measured::of(&frame, &space, quantity.as_ref(), &settings.foam)),
                 Err(e) => {
                     error.get_or_insert(e);
                 }
@@ -61,7 +63,7 @@ impl World {
         settings: &Settings,
     ) -> Result<Self, PipelineError> {
         let quantity = settings.color.quantity()?;
-        Self::of_measured(&[Measured::of(frame, &space, quantity.as_ref())], space, settings)
+        Self::of_measured(&[Measured::of(frame, &space, quantity.as_ref(), &settings.foam)], space, settings)
     }
 
     fn of_measured(
@@ -97,8 +99,11 @@ impl World {
         };
         let values = measured.iter().flat_map(|m| m.values.iter().copied()).collect();
         let (color, color_choice) = settings.color.scale(values)?.unzip();
-        let (request, color_choice) = (settings.color.request()?, color_choice.flatten());
-        Ok(Self { space, bounds, outline, scene, scale, request, color, color_choice })
+        let (request, color_choice) = (request(settings)?, color_choice.flatten());
+        let walls = foam::walls(&measured.iter().map(|m| m.bounds).collect::<Vec<_>>(), spacing);
+        let speeds = measured.iter().flat_map(|m| m.speeds.iter().copied()).collect();
+        let foam = settings.foam.options(speeds, walls, &space, scale);
+        Ok(Self { space, bounds, outline, scene, scale, request, color, color_choice, foam })
     }
 
     /// Origin, spacing, radius, up axis.
@@ -137,6 +142,11 @@ impl World {
         self.color.as_ref()
     }
 
+    /// What foam of the water is found by, the same over the whole series; `None` where none is looked for.
+    pub fn foam(&self) -> Option<&FoamOptions> {
+        self.foam.as_ref().map(|(options, _)| options)
+    }
+
     /// Nearest distance that is drawn: a thousandth of the data's diagonal.
     pub fn near_distance(&self) -> f32 {
         (self.bounds.extent().length() * 1e-3).max(f32::MIN_POSITIVE)
@@ -150,8 +160,16 @@ impl World {
             reason: "the median column still transmits".into(),
             flag: "--param lighting.attenuation_scale=FACTOR".into(),
         };
-        std::iter::once(absorption).chain(self.color_choice.clone()).collect()
+        let foam = self.foam.as_ref().map(|(_, choice)| choice.clone());
+        std::iter::once(absorption).chain(self.color_choice.clone()).chain(foam).collect()
     }
+}
+
+/// What has to be read of a frame besides its positions.
+fn request(settings: &Settings) -> Result<FrameRequest, PipelineError> {
+    let mut request = settings.color.request()?;
+    settings.foam.extend(&mut request);
+    Ok(request)
 }
 
 struct Measured {
@@ -161,10 +179,12 @@ struct Measured {
     depth: Option<f32>,
     /// What the water is coloured by, of particles spread over the frame.
     values: Vec<f32>,
+    /// How fast some of the particles move relative to their mean; empty where foam does not ask for it.
+    speeds: Vec<f32>,
 }
 
 impl Measured {
-    fn of(frame: &SetFrame, space: &SeriesSpace, quantity: Option<&Quantity>) -> Self {
+    fn of(frame: &SetFrame, space: &SeriesSpace, quantity: Option<&Quantity>, foam: &FoamSettings) -> Self {
         let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
         let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
         let outline = drawn().flat_map(|set| outline(&set.particles, bounds, space.radius as f32)).collect();
@@ -174,6 +194,7 @@ impl Measured {
             .map(|set| column_depth(&set.particles, space.up, spacing))
             .reduce(f32::max);
         let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
-        Self { bounds, outline, depth, values }
+        let speeds = foam.velocity().map(|velocity| foam::sample(frame, velocity)).unwrap_or_default();
+        Self { bounds, outline, depth, values, speeds }
     }
 }

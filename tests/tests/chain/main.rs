@@ -4,6 +4,7 @@ mod between_frames;
 mod colors;
 mod coordinates;
 mod detail;
+mod foam;
 mod playback;
 mod sizes;
 mod thickness;

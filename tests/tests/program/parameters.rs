@@ -39,10 +39,10 @@ fn every_choice_names_a_flag_that_exists() {
     let program = program_with_dam(300, 1);
     let list = program.run("render none.vtu -o none.png --param list").ok().stdout;
     let help = program.run("render --help").ok().stdout;
-    program.run("render dam/dam_break.pvd -o a.png --size 32x18 --report a.json").ok();
+    program.run("render dam/dam_break.pvd -o a.png --size 32x18 --foam 1 --report a.json").ok();
     let report = meniscus_tests::read_json(&program.path("a.json"));
     let choices = report["choices"].as_array().expect("choices");
-    for what in ["spacing", "radius", "up axis", "unit", "adapter", "absorption", "camera"] {
+    for what in ["spacing", "radius", "up axis", "unit", "adapter", "absorption", "camera", "foam"] {
         assert!(choices.iter().any(|c| c["what"] == what), "{what} in {choices:?}");
     }
     for choice in choices {

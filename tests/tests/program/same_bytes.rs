@@ -15,6 +15,7 @@ fn pictures_are_the_same_byte_by_byte_whatever_the_threads() {
     for flags in ["", "--threads 1", "--threads 2", "--report r.json"] {
         assert!(bytes(flags) == first, "{flags}");
     }
+    assert!(bytes("--foam 1") == bytes("--foam 1 --threads 1"), "foam");
     assert!(bytes("--lod 0.5") == bytes("--lod 0.5 --threads 1"), "level of detail");
     // No picture depends on those before it.
     program.run("render dam/dam_break.pvd --size 160x90 -o alone.png --frame 1").ok();
