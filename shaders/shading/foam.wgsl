@@ -64,11 +64,31 @@ fn bend(pixel: vec2<u32>, distance: f32) -> f32 {
 
 // Optical depth of foam at crests; none where the water is thinner than a particle.
 fn crest(pixel: vec2<u32>, distance: f32) -> f32 {
-    if model.curvature <= 0.0 {
-        return 0.0;
-    }
     let share = smoothstep(model.curvature_threshold, 2.0 * model.curvature_threshold, bend(pixel, distance));
     return model.curvature * share * smoothstep(0.0, 2.0 * model.spacing_world, thicknesses[pixel_index(pixel)]);
+}
+
+// `lit` under foam of these optical depths: in front, in the surface, behind, and behind times depth in spacings.
+fn composed(pixel: vec2<u32>, layers: vec4<f32>, lit: vec4<f32>) -> vec4<f32> {
+    let ray = towards_eye(camera, view_position(camera, vec2<f32>(pixel) + 0.5, 1.0));
+    let cloud = to_world(ray) + surroundings.sky.up;
+    let cloud_light = white(cloud / max(length(cloud), 1e-3));
+    var color = lit;
+    if shows_water(pixel) {
+        let index = pixel_index(pixel);
+        let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
+        let light = white(to_world(water.normal_view));
+        // Along the ray, but no further than there is water.
+        let depth = layers.w / max(layers.z, PER_STEP) * model.spacing_world;
+        let path = min(depth / max(water.to_eye_view.z, 1e-3), thicknesses[index]);
+        let through = exp2(-1.44269504 * model.extinction * path) * (1.0 - fresnel_dielectric(water.n_v, REFRACTIVE_INDEX));
+        color = vec4(mix(color.rgb, light, opacity(layers.z) * through), color.a);
+        color = mix(color, vec4(light, 1.0), opacity(layers.y));
+    } else {
+        // Water too thin to be seen hides no bubbles.
+        color = mix(color, vec4(cloud_light, 1.0), opacity(layers.y + layers.z));
+    }
+    return mix(color, vec4(cloud_light, 1.0), opacity(layers.x));
 }
 
 @compute @workgroup_size(8, 8)
@@ -77,32 +97,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let index = pixel_index(id.xy);
-    let layers = vec4<f32>(foam_layers[index]) * PER_STEP;
-    let is_water = shows_water(id.xy);
-    var on_surface = layers.y;
-    if is_water {
-        on_surface += crest(id.xy, distances[index]);
+    var layers = vec4<f32>(foam_layers[index]) * PER_STEP;
+    if model.curvature > 0.0 && shows_water(id.xy) {
+        layers.y += crest(id.xy, distances[index]);
     }
-    if layers.x + on_surface + layers.z <= 0.0 {
-        return;
+    if layers.x + layers.y + layers.z > 0.0 {
+        radiance[index] = composed(id.xy, layers, radiance[index]);
     }
-    let up = surroundings.sky.up;
-    let ray = towards_eye(camera, view_position(camera, vec2<f32>(id.xy) + 0.5, 1.0));
-    let cloud = to_world(ray) + up;
-    let cloud_light = white(cloud / max(length(cloud), 1e-3));
-    var color = radiance[index];
-    if is_water {
-        let water = water_point(camera, id.xy, distances[index], unpack_normal(normals[index]));
-        let light = white(to_world(water.normal_view));
-        // Along the ray, but no further than there is water.
-        let depth = layers.w / max(layers.z, PER_STEP) * model.spacing_world;
-        let path = min(depth / max(water.to_eye_view.z, 1e-3), thicknesses[index]);
-        let through = exp2(-1.44269504 * model.extinction * path) * (1.0 - fresnel_dielectric(water.n_v, REFRACTIVE_INDEX));
-        color = vec4(mix(color.rgb, light, opacity(layers.z) * through), color.a);
-        color = mix(color, vec4(light, 1.0), opacity(on_surface));
-    } else {
-        // Water too thin to be seen hides no bubbles.
-        color = mix(color, vec4(cloud_light, 1.0), opacity(on_surface + layers.z));
-    }
-    radiance[index] = mix(color, vec4(cloud_light, 1.0), opacity(layers.x));
 }
