@@ -1,4 +1,4 @@
-//! The opaque scene, the water's shadow and every lighting model, over an analytic pool that fills most of the picture: the
+//! The opaque scene, sunlight, caustics and every lighting model, over an analytic pool that fills most of the picture: the
 //! same water whatever becomes of the surface stage.
 
 use std::cell::OnceCell;
@@ -8,9 +8,10 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use meniscus_core::{Aabb, UpAxis};
 use meniscus_gpu::role::{
-    EyeDistance, Radiance, SceneColor, SceneDepth, SceneDistance, SurfaceColor, Thickness, ViewNormal,
+    EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDepth, SceneDistance, Scratch, SurfaceColor,
+    Thickness, ViewNormal,
 };
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, covered};
 use meniscus_scene::Scene;
 use meniscus_shading::{
     Caustics, CausticsPass, Landed, LightingChoice, LightingInputs, LightingPass, LightingRegistry,
@@ -25,6 +26,7 @@ struct Studio {
     scene_color: Texture<SceneColor>,
     scene_distance: Texture<SceneDistance>,
     scene_depth: Texture<SceneDepth>,
+    covered: Buffer<Scratch>,
     distance: Image<EyeDistance>,
     thickness: Image<Thickness>,
     normal: Image<ViewNormal>,
@@ -53,6 +55,8 @@ impl Studio {
             scene_color: Texture::new(gpu, size).expect(texture),
             scene_distance: Texture::new(gpu, size).expect(texture),
             scene_depth: Texture::new(gpu, size).expect(texture),
+            covered: Buffer::from_slice(gpu, &covered::list(size, |i| pool.distance[i] < NO_SURFACE))
+                .expect(image),
             distance: Image::from_pixels(gpu, size, &pool.distance).expect(image),
             thickness: Image::from_pixels(gpu, size, &pool.thickness).expect(image),
             normal: Image::from_pixels(gpu, size, &pool.normal).expect(image),
@@ -122,6 +126,7 @@ impl Studio {
             surroundings: self.geometry.surroundings(),
             environment: self.geometry.environment(),
             scale: SCALE,
+            covered: &self.covered,
             distance: &self.distance,
             thickness: &self.thickness,
             normal: &self.normal,

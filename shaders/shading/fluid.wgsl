@@ -1,9 +1,11 @@
 // Clear liquid over the opaque scene (algorithms.md 10, recommended composite): exact Fresnel, refraction marched against the
 // scene's distance, Beer-Lambert with single scattering along the marched path, reflected surroundings, the sun's GGX lobe.
 
+#define_import_path meniscus::model
+
 #import meniscus::body::{COLOR_MIRROR, irradiance, tinted}
 #import meniscus::brdf::{PI, fresnel_dielectric}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::{Neighbourhood, neighbourhood}
 #import meniscus::reflection::{environment, mirrored, sun_glint}
@@ -80,26 +82,23 @@ fn shade(sky: Sky, water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, 
     return mix(surface, diffuse / PI, white);
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
-    let index = pixel_index(id.xy);
-    let here_px = vec2<f32>(id.xy) + 0.5;
-    let scene = textureLoad(scene_color, id.xy, 0);
-    if !shows_water(id.xy) {
-        radiance[index] = scene * vec4(shadow(here_px, model.medium, model.shadow_extinction, MAX_SHADOW), 1.0);
-        return;
-    }
+// Where there is no water.
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let dim = shadow(vec2<f32>(pixel) + 0.5, model.medium, model.shadow_extinction, MAX_SHADOW);
+    return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let index = pixel_index(pixel);
+    let scene = textureLoad(scene_color, pixel, 0);
     let thickness = thicknesses[index];
     let distance = distances[index];
     // The mean normal: differences between single pixels are mostly noise, which refraction would magnify.
-    let around = neighbourhood(id.xy, distance, model.spacing_world);
-    let water = water_point(camera, id.xy, distance, around.normal_sum);
+    let around = neighbourhood(pixel, distance, model.spacing_world);
+    let water = water_point(camera, pixel, distance, around.normal_sum);
     let path = refracted_path(water, thickness, model.refractive_index, model.refraction_scale, model.spacing_world);
     let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * wet(path) * background(path.end_px, path.nearest_distance, scene.rgb);
-    let color = shade(sky_at(id.xy), water, around, behind, path.length_world, attribute_color(id.xy));
-    radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thickness, model.spacing_world));
+    let color = shade(sky_at(pixel), water, around, behind, path.length_world, attribute_color(pixel));
+    return mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thickness, model.spacing_world));
 }

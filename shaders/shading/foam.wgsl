@@ -4,7 +4,9 @@
 #import meniscus::body::soft_irradiance
 #import meniscus::brdf::{PI, fresnel_dielectric}
 #import meniscus::camera::{px_per_world, towards_eye, view_position}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, radiance, pixel_index, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, distances, thicknesses, normals, radiance, pixel_index, shows_water, to_world}
+#import meniscus::shadow::sky_at
+#import meniscus::sky::Sky
 #import meniscus::surface::unpack_normal
 #import meniscus::water::water_point
 
@@ -36,8 +38,8 @@ const STENCIL_SPACINGS: f32 = 0.6;
 const MAX_STENCIL_PX: f32 = 8.0;
 
 // Radiance of foam that faces `normal`.
-fn white(normal: vec3<f32>) -> vec3<f32> {
-    return ALBEDO / PI * soft_irradiance(surroundings.sky, normal, SOFTNESS);
+fn white(sky: Sky, normal: vec3<f32>) -> vec3<f32> {
+    return ALBEDO / PI * soft_irradiance(sky, normal, SOFTNESS);
 }
 
 // Share of light that foam of this optical depth stops.
@@ -71,13 +73,14 @@ fn crest(pixel: vec2<u32>, distance: f32) -> f32 {
 // `lit` under foam of these optical depths: in front, in the surface, behind, and behind times depth in spacings.
 fn composed(pixel: vec2<u32>, layers: vec4<f32>, lit: vec4<f32>) -> vec4<f32> {
     let ray = towards_eye(camera, view_position(camera, vec2<f32>(pixel) + 0.5, 1.0));
-    let cloud = to_world(ray) + surroundings.sky.up;
-    let cloud_light = white(cloud / max(length(cloud), 1e-3));
+    let sky = sky_at(pixel);
+    let cloud = to_world(ray) + sky.up;
+    let cloud_light = white(sky, cloud / max(length(cloud), 1e-3));
     var color = lit;
     if shows_water(pixel) {
         let index = pixel_index(pixel);
         let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
-        let light = white(to_world(water.normal_view));
+        let light = white(sky, to_world(water.normal_view));
         // Along the ray, but no further than there is water.
         let depth = layers.w / max(layers.z, PER_STEP) * model.spacing_world;
         let path = min(depth / max(water.to_eye_view.z, 1e-3), thicknesses[index]);

@@ -1,10 +1,12 @@
 // Sand, gravel, debris: a rough diffuse body (Oren & Nayar 1994, in the closed form of Fujii), dark in the gaps between
 // grains, with a film of water if it is wet.
 
+#define_import_path meniscus::model
+
 #import meniscus::body::ambient
 #import meniscus::brdf::{PI, fresnel_dielectric}
 #import meniscus::camera::{px_per_world, view_position}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, distances, thicknesses, normals, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
 #import meniscus::medium::Medium
 #import meniscus::reflection::{environment, mirrored, sun_glint}
 #import meniscus::shadow::{shadow, sky_at}
@@ -53,24 +55,20 @@ fn enclosed(pixel: vec2<u32>, water: WaterPoint) -> f32 {
     return min(sum * 0.25, 1.0);
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
-    let index = pixel_index(id.xy);
-    let here_px = vec2<f32>(id.xy) + 0.5;
-    let dim = shadow(here_px, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
-    let scene = textureLoad(scene_color, id.xy, 0) * vec4(dim, 1.0);
-    if !shows_water(id.xy) {
-        radiance[index] = scene;
-        return;
-    }
-    let sky = sky_at(id.xy);
-    let water = water_point(camera, id.xy, distances[index], unpack_normal(normals[index]));
+// Where there is no water.
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let dim = shadow(vec2<f32>(pixel) + 0.5, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
+    return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let index = pixel_index(pixel);
+    let scene = scene_radiance(pixel);
+    let sky = sky_at(pixel);
+    let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
-    let tint = attribute_color(id.xy);
+    let tint = attribute_color(pixel);
 
     let base = mix(model.color, tint.rgb, tint.a);
     let wet = model.wetness * (1.0 - tint.a);
@@ -81,12 +79,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let n_l = max(dot(normal, sky.sun_direction), 0.0);
     let across = dot(sky.sun_direction, to_eye) - n_l * water.n_v;
     let lobe = a + b * across / select(1.0, max(max(n_l, water.n_v), 1e-3), across > 0.0);
-    let open = 1.0 - model.gaps * enclosed(id.xy, water);
+    let open = 1.0 - model.gaps * enclosed(pixel, water);
     let body = albedo / PI * open * (ambient(sky, normal) + max(lobe, 0.0) * n_l * sky.sun_irradiance);
 
     let mirror = environment(point_to_world(water.position_view), mirrored(normal, to_eye), FILM_ALPHA);
     let glint = sun_glint(sky, normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
     let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
     let color = mix(body, mirror, film) + wet * open * glint;
-    radiance[index] = mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+    return mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
 }

@@ -1,6 +1,7 @@
 #define_import_path meniscus::lighting_inputs
 
 #import meniscus::camera::Camera
+#import meniscus::covered::CoveredPixels
 #import meniscus::surface::is_empty
 #import meniscus::surroundings::Surroundings
 
@@ -20,6 +21,9 @@
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
 // A single pixel without colour where no attribute colours the water.
 @group(0) @binding(10) var<storage, read> surface_colors: array<vec4<f32>>;
+
+// The pixels that may show water.
+@group(0) @binding(12) var<storage, read> covered: CoveredPixels;
 
 fn pixel_index(pixel: vec2<u32>) -> u32 {
     return pixel.y * camera.size_px.x + pixel.x;

@@ -1,9 +1,11 @@
 // Liquids that nothing is seen through, like milk or paint: a diffuse body, soft because light enters and leaves elsewhere,
 // under a dielectric surface that mirrors the surroundings.
 
+#define_import_path meniscus::model
+
 #import meniscus::body::{COLOR_MIRROR, LEGEND_SOFTNESS, soft_irradiance}
 #import meniscus::brdf::{PI, fresnel_dielectric}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
 #import meniscus::medium::Medium
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored, sun_glint}
@@ -26,26 +28,22 @@ struct OpaqueLiquid {
 // Share of sunlight that the shadow takes: the rest comes around the body.
 const MAX_SHADOW: f32 = 0.9;
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
-    let index = pixel_index(id.xy);
-    let here_px = vec2<f32>(id.xy) + 0.5;
-    let dim = shadow(here_px, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
-    let scene = textureLoad(scene_color, id.xy, 0) * vec4(dim, 1.0);
-    if !shows_water(id.xy) {
-        radiance[index] = scene;
-        return;
-    }
-    let sky = sky_at(id.xy);
+// Where there is no water.
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let dim = shadow(vec2<f32>(pixel) + 0.5, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
+    return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let index = pixel_index(pixel);
+    let scene = scene_radiance(pixel);
+    let sky = sky_at(pixel);
     let distance = distances[index];
-    let around = neighbourhood(id.xy, distance, model.spacing_world);
-    let water = water_point(camera, id.xy, distance, around.normal_sum);
+    let around = neighbourhood(pixel, distance, model.spacing_world);
+    let water = water_point(camera, pixel, distance, around.normal_sum);
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
-    let tint = attribute_color(id.xy);
+    let tint = attribute_color(pixel);
 
     let albedo = mix(model.color, tint.rgb, tint.a);
     let softness = mix(model.softness, LEGEND_SOFTNESS, tint.a);
@@ -57,5 +55,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let cosine = min(sqrt(water.n_v * water.n_v + 0.2 * around.spread), 1.0);
     let left = mix(1.0, COLOR_MIRROR, tint.a);
     let color = mix(body, mirror, left * fresnel_dielectric(cosine, model.refractive_index)) + left * glint;
-    radiance[index] = mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+    return mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
 }

@@ -2,9 +2,11 @@
 // C = a (1 - R) + b R + I R cos i + I R cos^n theta, where a is the refracted and b the reflected light, and R the Fresnel
 // reflectance at the angle i at which the light arrives.
 
+#define_import_path meniscus::model
+
 #import meniscus::body::{COLOR_MIRROR, tinted}
 #import meniscus::brdf::fresnel_dielectric
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, scene_color, radiance, attribute_color, coverage, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored}
@@ -35,26 +37,23 @@ const MIN_INCIDENCE: f32 = 0.2;
 // Nearer to the light than this share of its distance, water gets no brighter.
 const MIN_NEARNESS: f32 = 0.25;
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
-    let index = pixel_index(id.xy);
-    let here_px = vec2<f32>(id.xy) + 0.5;
-    let scene = textureLoad(scene_color, id.xy, 0);
-    if !shows_water(id.xy) {
-        radiance[index] = scene * vec4(shadow(here_px, model.medium, model.shadow_extinction, MAX_SHADOW), 1.0);
-        return;
-    }
-    let sky = sky_at(id.xy);
+// Where there is no water.
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let dim = shadow(vec2<f32>(pixel) + 0.5, model.medium, model.shadow_extinction, MAX_SHADOW);
+    return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let index = pixel_index(pixel);
+    let scene = textureLoad(scene_color, pixel, 0);
+    let sky = sky_at(pixel);
     let distance = distances[index];
-    let around = neighbourhood(id.xy, distance, model.spacing_world);
-    let water = water_point(camera, id.xy, distance, around.normal_sum);
+    let around = neighbourhood(pixel, distance, model.spacing_world);
+    let water = water_point(camera, pixel, distance, around.normal_sum);
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
     let position = point_to_world(water.position_view);
-    let tint = attribute_color(id.xy);
+    let tint = attribute_color(pixel);
 
     let to_light = model.light_position_world - position;
     let nearness = max(length(to_light) / model.light_distance_world, MIN_NEARNESS);
@@ -73,5 +72,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let mirror = environment(position, mirrored(normal, to_eye), 0.0);
     let left = reflectance * mix(1.0, COLOR_MIRROR, tint.a);
     let color = mix(refracted, mirror, left) + intensity * left * (cos_i + highlight);
-    radiance[index] = mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+    return mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
 }

@@ -2,9 +2,11 @@
 // background shifted by the refracted direction, a mirror of the environment, one Phong highlight. Nothing hides what
 // lies in front of the water from refraction, and edges are hard: that is the model.
 
+#define_import_path meniscus::model
+
 #import meniscus::body::ambient
 #import meniscus::brdf::{PI, fifth_power}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, attribute_color, pixel_index, point_to_world, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, attribute_color, pixel_index, point_to_world, to_world}
 #import meniscus::reflection::environment
 #import meniscus::refraction::background
 #import meniscus::surface::unpack_normal
@@ -32,22 +34,19 @@ struct Vtk {
 
 const SHININESS: f32 = 150.0;
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
-    let index = pixel_index(id.xy);
-    let scene = textureLoad(scene_color, id.xy, 0);
-    if !shows_water(id.xy) {
-        radiance[index] = scene;
-        return;
-    }
+// Where there is no water.
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    return textureLoad(scene_color, pixel, 0);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let index = pixel_index(pixel);
+    let scene = textureLoad(scene_color, pixel, 0);
     let sky = surroundings.sky;
-    let water = water_point(camera, id.xy, distances[index], unpack_normal(normals[index]));
+    let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
-    let tint = attribute_color(id.xy);
+    let tint = attribute_color(pixel);
 
     // The sun in place of VTK's lights, the sky in place of its ambient term.
     let highlight = pow(max(dot(reflect(-sky.sun_direction, normal), to_eye), 0.0), SHININESS) * sky.sun_irradiance / PI;
@@ -62,11 +61,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let fresnel = mix(schlick, 1.0, model.additional_reflection);
     let bent = refract(-water.to_eye_view, water.normal_view, 1.0 / model.refractive_index);
     let shift = vec2(bent.x, -bent.y) * model.refraction_scale * vec2<f32>(camera.size_px);
-    let at_px = clamp(vec2<f32>(id.xy) + 0.5 + shift, vec2(0.0), vec2<f32>(camera.size_px));
+    let at_px = clamp(vec2<f32>(pixel) + 0.5 + shift, vec2(0.0), vec2<f32>(camera.size_px));
     let attenuation = mix(model.attenuation, max(dye, vec3(0.0)) * model.dye_per_world, tint.a);
     let through = exp2(-1.44269504 * attenuation * thicknesses[index]) * background(at_px, 0.0, scene.rgb);
     let mirror = environment(point_to_world(water.position_view), reflect(-to_eye, normal), 0.0);
     let volume = mix(through, mirror, fresnel);
 
-    radiance[index] = vec4(select(volume, opaque_surface, model.is_opaque != 0u) + highlight, 1.0);
+    return vec4(select(volume, opaque_surface, model.is_opaque != 0u) + highlight, 1.0);
 }

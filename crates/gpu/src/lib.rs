@@ -6,6 +6,7 @@
 
 mod adapter;
 mod camera;
+pub mod covered;
 mod device;
 mod error;
 mod layout;

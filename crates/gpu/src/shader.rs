@@ -36,11 +36,12 @@ macro_rules! shader {
 }
 
 /// Includes that every shader may import: `meniscus::camera`, `meniscus::surface`, `meniscus::particle`,
-/// `meniscus::tally`.
+/// `meniscus::covered`, `meniscus::tally`.
 pub const COMMON: &[Shader] = &[
     shader!(include "common/camera"),
     shader!(include "common/surface"),
     shader!(include "common/particle"),
+    shader!(include "common/covered"),
     shader!(include "common/tally"),
 ];
 
@@ -158,15 +159,21 @@ mod tests {
         // Those of `common` are always there.
         let includes =
             dependencies_first(includes.into_iter().filter(|s| !s.name.starts_with("common/")).collect());
-        assert!(!passes.is_empty());
-        let failures: Vec<String> = passes
-            .iter()
-            .flat_map(|pass| {
-                [&[][..], &[COUNT]].map(|definitions| compose(pass, &includes, definitions).err())
-            })
-            .flatten()
-            .map(|e| e.to_string())
-            .collect();
+        // A lighting model is a module that one pass is compiled with.
+        let (models, passes): (Vec<_>, Vec<_>) =
+            passes.into_iter().partition(|s| s.source.contains("#define_import_path meniscus::model"));
+        let (of_models, passes): (Vec<_>, Vec<_>) =
+            passes.into_iter().partition(|s| s.source.contains("#import meniscus::model::"));
+        assert!(!passes.is_empty() && !models.is_empty() && of_models.len() == 1);
+        let water = Definition { name: "WATER", value: 1 };
+        let alone = passes.iter().flat_map(|pass| {
+            [&[][..], &[COUNT]].map(|definitions| compose(pass, &includes, definitions).err())
+        });
+        let with_models = models.iter().flat_map(|model| {
+            let includes: Vec<_> = includes.iter().chain([model]).copied().collect();
+            [&[][..], &[water]].map(|definitions| compose(&of_models[0], &includes, definitions).err())
+        });
+        let failures: Vec<String> = alone.chain(with_models).flatten().map(|e| e.to_string()).collect();
         assert!(failures.is_empty(), "{}", failures.join("\n\n"));
     }
 

@@ -481,6 +481,7 @@ impl Renderer {
             surroundings: geometry.surroundings(),
             environment: geometry.environment(),
             scale: world.scale(),
+            covered: &images.surface.covered,
             distance: &images.surface.distance,
             thickness: &images.surface.thickness,
             normal: &images.surface.normal,

@@ -3,7 +3,7 @@ use std::fmt::Debug;
 use meniscus_gpu::role::Radiance;
 use meniscus_gpu::{
     ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, HostStruct, Image,
-    Recorder, Shader,
+    Recorder, Shader, covered, shader,
 };
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
@@ -15,7 +15,11 @@ use crate::{
     Surroundings, WaterScale, parameters,
 };
 
-/// The parameters of a model that is one compute pass over all pixels, and what becomes of them: all that such a model has
+const PIXELS: Shader = shader!("shading/pixels");
+/// The pass over the pixels that show water.
+const WATER: Definition = Definition { name: "WATER", value: 1 };
+
+/// The parameters of a model that shades each pixel by itself, and what becomes of them: all that such a model has
 /// of its own. [`PixelModel`] makes a [`LightingModel`] of it.
 ///
 /// Every field is written to JSON under its own name; the ranges of the schema are the ones that are checked.
@@ -24,9 +28,10 @@ pub trait Formula:
 {
     /// Name in the registry.
     const NAME: &'static str;
-    /// The pass. Its own uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`.
+    /// The module `meniscus::model`: `water_radiance` of a pixel that shows water, and `scene_radiance` of one that does not. Its own
+    /// uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`.
     const SHADER: Shader;
-    /// Name of the pass in reports, `stage.pass`.
+    /// Name of the pass over the water in reports, `stage.pass`; the pass over the scene is `shading.dry`.
     const PASS: &'static str;
     /// The parameters as the GPU sees them.
     type Uniform: HostStruct;
@@ -116,8 +121,8 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
-        let pipeline = Pictured::new(|definitions| compile::<F>(gpu, definitions))?;
-        Ok(Box::new(PixelPass { model: self.clone(), pipeline }))
+        let water = Pictured::new(|definitions| compile_water::<F>(gpu, definitions))?;
+        Ok(Box::new(PixelPass { model: self.clone(), scene: compile::<F>(gpu, &[])?, water }))
     }
 
     fn twin(&self, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
@@ -126,16 +131,25 @@ impl<F: Formula> LightingModel for PixelModel<F> {
 }
 
 fn compile<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
+    let includes: Vec<Shader> = INCLUDES.iter().copied().chain([F::SHADER]).collect();
     gpu.compute_pipeline(&ComputePipelineDescriptor {
-        includes: INCLUDES,
+        includes: &includes,
         definitions,
-        ..ComputePipelineDescriptor::new(F::SHADER)
+        ..ComputePipelineDescriptor::new(PIXELS)
     })
+}
+
+fn compile_water<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
+    let definitions: Vec<Definition> = definitions.iter().copied().chain([WATER]).collect();
+    compile::<F>(gpu, &definitions)
 }
 
 struct PixelPass<F> {
     model: PixelModel<F>,
-    pipeline: Pictured<ComputePipeline>,
+    /// Over all pixels.
+    scene: ComputePipeline,
+    /// Over those that show water.
+    water: Pictured<ComputePipeline>,
 }
 
 impl<F: Formula> LightingPass for PixelPass<F> {
@@ -145,7 +159,7 @@ impl<F: Formula> LightingPass for PixelPass<F> {
     }
 
     fn uses_sunlight(&self) -> bool {
-        self.pipeline.plain().binds("sunlight")
+        self.scene.binds("sunlight") || self.water.plain().binds("sunlight")
     }
 
     fn record(
@@ -156,13 +170,18 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         output: &Image<Radiance>,
     ) {
         let uniform = self.model.parameters.uniform(inputs.scale, inputs.surroundings);
-        let pipeline =
-            self.pipeline.choose(gpu, inputs.surroundings, |definitions| compile::<F>(gpu, definitions));
         let mut bindings = inputs.bindings(recorder);
         bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
-        bindings.retain(|(name, _)| pipeline.binds(name));
-        let size = Dispatch::Pixels(inputs.camera.size_px);
-        recorder.compute(gpu, F::PASS, pipeline, &bindings, size);
+        let size = inputs.camera.size_px;
+        let water =
+            self.water.choose(gpu, inputs.surroundings, |definitions| compile_water::<F>(gpu, definitions));
+        for (name, pipeline, dispatch) in
+            [("shading.dry", &self.scene, Dispatch::Pixels(size)), (F::PASS, water, covered::dispatch(size))]
+        {
+            let mut bindings = bindings.clone();
+            bindings.retain(|(name, _)| pipeline.binds(name));
+            recorder.compute(gpu, name, pipeline, &bindings, dispatch);
+        }
     }
 
     fn extinction(&self, scale: WaterScale) -> [f32; 3] {

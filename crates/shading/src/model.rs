@@ -1,7 +1,7 @@
 use meniscus_gpu::role::{
-    EyeDistance, Radiance, SceneColor, SceneDistance, SurfaceColor, Thickness, ViewNormal,
+    EyeDistance, Radiance, SceneColor, SceneDistance, Scratch, SurfaceColor, Thickness, ViewNormal,
 };
-use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder, Texture};
+use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
 use crate::{EnvironmentMap, ShadingError, Sunlight, Surroundings};
@@ -51,6 +51,8 @@ pub struct LightingInputs<'a> {
     pub environment: &'a EnvironmentMap,
     /// Lengths of the data.
     pub scale: WaterScale,
+    /// The pixels that may show water, as `shaders/common/covered.inc.wgsl` has them.
+    pub covered: &'a Buffer<Scratch>,
     /// Smoothed water surface.
     pub distance: &'a Image<EyeDistance>,
     /// Length of water along the view ray, up to the opaque scene.
@@ -76,6 +78,7 @@ impl LightingInputs<'_> {
             ("camera", recorder.uniform(self.camera)),
             ("surroundings", recorder.uniform(self.surroundings)),
             ("environment_texels", self.environment.texels().bind()),
+            ("covered", self.covered.bind()),
             ("distances", self.distance.bind()),
             ("thicknesses", self.thickness.bind()),
             ("normals", self.normal.bind()),

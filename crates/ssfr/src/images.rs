@@ -22,8 +22,8 @@ pub struct SurfaceImages {
     pub(crate) scratch: Image<Scratch>,
     /// Farthest distance per tile; `shaders/ssfr/farthest.wgsl`.
     pub(crate) farthest: Buffer<Scratch>,
-    /// The pixels that show fluid; `shaders/ssfr/covered.inc.wgsl`.
-    pub(crate) covered: Buffer<Scratch>,
+    /// The pixels that show fluid; `shaders/common/covered.inc.wgsl`.
+    pub covered: Buffer<Scratch>,
     pub(crate) reduced: ReducedImages,
 }
 
@@ -72,7 +72,7 @@ impl SurfaceImages {
     /// # Errors
     /// The GPU's.
     pub fn covered_pixels(&self, gpu: &Gpu) -> Result<u32, GpuError> {
-        // The list starts with its length (`shaders/ssfr/covered.inc.wgsl`).
+        // The list starts with its length (`shaders/common/covered.inc.wgsl`).
         Ok(self.covered.read_first(gpu, 1)?.first().copied().unwrap_or(0))
     }
 

@@ -1,5 +1,7 @@
 // The water as a chart: colour by the length of water behind a pixel, contour lines at equal steps of it, relief.
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, radiance, shows_water, to_world}
+#define_import_path meniscus::model
+
+#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, pixel_index, to_world}
 #import meniscus::surface::{is_empty, unpack_normal}
 
 struct Chart {
@@ -66,20 +68,16 @@ fn contour(at: vec2<i32>, thickness: f32) -> f32 {
     return clamp(0.5 * model.line_px + 0.5 - off_px, 0.0, 1.0) * smoothstep(0.25, 1.0, room);
 }
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
-        return;
-    }
-    let pixel = id.y * camera.size_px.x + id.x;
-    let at = vec2<i32>(id.xy);
-    if !shows_water(id.xy) {
-        radiance[pixel] = textureLoad(scene_color, at, 0);
-        return;
-    }
-    let thickness = thicknesses[pixel];
-    let normal = to_world(unpack_normal(normals[pixel]));
+// Where there is no water.
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    return textureLoad(scene_color, pixel, 0);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let index = pixel_index(pixel);
+    let thickness = thicknesses[index];
+    let normal = to_world(unpack_normal(normals[index]));
     let light = mix(SHADE, 1.0, 0.5 + 0.5 * dot(normal, surroundings.sky.sun_direction));
-    let ink = mix(1.0, INK, contour(at, thickness));
-    radiance[pixel] = vec4(map_color(thickness) * mix(1.0, light, model.relief) * ink, 1.0);
+    let ink = mix(1.0, INK, contour(vec2<i32>(pixel), thickness));
+    return vec4(map_color(thickness) * mix(1.0, light, model.relief) * ink, 1.0);
 }

@@ -1,8 +1,8 @@
 use glam::{Mat4, Vec2, Vec3};
 use half::f16;
 use meniscus_core::{Aabb, Camera};
-use meniscus_gpu::role::{NO_SURFACE, Role, SceneColor, SceneDistance};
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture, Timing};
+use meniscus_gpu::role::{NO_SURFACE, Radiance, Role, SceneColor, SceneDistance};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, Timing, covered};
 use meniscus_scene::Scene;
 
 use crate::twin::TwinInput;
@@ -164,20 +164,37 @@ impl Frame {
     /// # Errors
     /// The GPU's.
     pub fn draw(&self, gpu: &Gpu, pass: &dyn LightingPass) -> Result<Vec<[f32; 4]>, ShadingError> {
+        // What a pass forgets to write is then seen.
+        let nothing = vec![[-1.0; 4]; self.scene_color.len()];
+        self.draw_over(gpu, &nothing, |recorder, inputs, output| pass.record(gpu, recorder, inputs, output))
+    }
+
+    /// What passes make of a picture that is `radiance` before.
+    ///
+    /// # Errors
+    /// The GPU's.
+    pub fn draw_over(
+        &self,
+        gpu: &Gpu,
+        radiance: &[[f32; 4]],
+        record: impl FnOnce(&mut Recorder, &LightingInputs<'_>, &Image<Radiance>),
+    ) -> Result<Vec<[f32; 4]>, ShadingError> {
         let size = self.camera.size_px;
         let scene_color = Texture::<SceneColor>::new(gpu, size)?;
         let halves = self.scene_color.iter().flatten().map(|&x| f16::from_f32(x).to_le_bytes());
         scene_color.write(gpu, halves.collect::<Vec<_>>().as_flattened());
         let scene_distance = Texture::<SceneDistance>::new(gpu, size)?;
         scene_distance.write(gpu, bytemuck::cast_slice(&self.scene_distance));
-        let color_size = if self.surface_color.len() == 1 { [1, 1] } else { size };
-        let blocks = SunlightPass::size_blocks(size);
-        let sunlight_size = if self.sunlight.len() == 1 { [1, 1] } else { blocks };
+        let one_or = |len: usize, size: [u32; 2]| if len == 1 { [1, 1] } else { size };
+        let color_size = one_or(self.surface_color.len(), size);
+        let sunlight_size = one_or(self.sunlight.len(), SunlightPass::size_blocks(size));
+        let shows = |pixel: usize| self.water.distance[pixel] < NO_SURFACE;
         let inputs = LightingInputs {
             camera: &self.camera,
             surroundings: &self.surroundings,
             environment: &EnvironmentMap::new(gpu, &self.scene)?,
             scale: self.scale,
+            covered: &Buffer::from_slice(gpu, &covered::list(size, shows))?,
             distance: &Image::from_pixels(gpu, size, &self.water.distance)?,
             thickness: &Image::from_pixels(gpu, size, &self.water.thickness)?,
             normal: &Image::from_pixels(gpu, size, &self.water.normal)?,
@@ -186,16 +203,20 @@ impl Frame {
             scene_distance: &scene_distance,
             sunlight: &Image::from_pixels(gpu, sunlight_size, &self.sunlight)?,
         };
-        // What a pass forgets to write is then seen.
-        let output = Image::from_pixels(gpu, size, &vec![[-1.0; 4]; self.scene_color.len()])?;
+        let output = Image::from_pixels(gpu, size, radiance)?;
         let mut recorder = Recorder::new(gpu, Timing::Stamps);
-        pass.record(gpu, &mut recorder, &inputs, &output);
+        record(&mut recorder, &inputs, &output);
         let _ = recorder.submit(gpu)?;
         Ok(output.read(gpu)?)
     }
 
     /// What the twin makes of it.
     pub fn twin(&self, model: &dyn LightingModel) -> Vec<[f32; 4]> {
+        self.on_host(|input, pixel| model.twin(input, pixel))
+    }
+
+    /// What `twin` makes of every pixel.
+    pub fn on_host(&self, twin: impl Fn(&TwinInput<'_>, [u32; 2]) -> [f32; 4]) -> Vec<[f32; 4]> {
         let input = TwinInput {
             camera: &self.camera,
             surroundings: &self.surroundings,
@@ -210,7 +231,7 @@ impl Frame {
             sunlight: &self.sunlight,
         };
         let [width, height] = self.camera.size_px;
-        (0..width * height).map(|i| model.twin(&input, [i % width, i / width])).collect()
+        (0..width * height).map(|i| twin(&input, [i % width, i / width])).collect()
     }
 
     /// A pixel's place, for messages.

@@ -7,6 +7,7 @@ use meniscus_gpu::role::FoamDrop;
 
 use super::body::soft_irradiance;
 use super::brdf::fresnel_dielectric;
+use super::shadow::sky_at;
 use super::view::{px_per_world, to_world, towards_eye, unpack_normal, view_position};
 use super::water::center_px;
 use super::{TwinInput, smoothstep};
@@ -44,7 +45,7 @@ pub fn foam(
     radiance: [f32; 4],
     pixel: [u32; 2],
 ) -> [f32; 4] {
-    let (camera, sky) = (input.camera, &input.surroundings.sky);
+    let (camera, sky) = (input.camera, &sky_at(input, pixel));
     let index = input.pixel_index(pixel);
     let per_step = 1.0 / FoamDrop::STEPS as f32;
     let [front, surface, behind, weighted] = layers.map(|steps| steps as f32 * per_step);

@@ -2,12 +2,12 @@
 
 use glam::Vec3;
 use meniscus_core::{Aabb, Camera};
-use meniscus_gpu::role::{FoamDrop, FoamLayers, SceneColor, SceneDistance};
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture, Timing};
+use meniscus_gpu::role::{FoamDrop, FoamLayers, Radiance};
+use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder};
 use meniscus_scene::Scene;
 use meniscus_shading::conformance::{Frame, cast};
-use meniscus_shading::twin::{TwinInput, foam, water_shadow};
-use meniscus_shading::{EnvironmentMap, FoamLook, FoamPass, LightingInputs, SunPath, WaterShadow};
+use meniscus_shading::twin::foam;
+use meniscus_shading::{FoamLook, FoamPass, LightingInputs};
 
 use crate::support::{gpu, tiled_scene};
 
@@ -28,54 +28,18 @@ fn pool(scene: &Scene) -> Frame {
 
 /// What foam makes of a picture that is `radiance` everywhere.
 fn draw(gpu: &Gpu, frame: &Frame, layers: &[[u32; 4]], look: &FoamLook, radiance: [f32; 4]) -> Vec<[f32; 4]> {
-    let scene_color = Texture::<SceneColor>::new(gpu, SIZE).unwrap();
-    let scene_distance = Texture::<SceneDistance>::new(gpu, SIZE).unwrap();
-    scene_distance.write(gpu, bytemuck::cast_slice(&frame.scene_distance));
-    let inputs = LightingInputs {
-        camera: &frame.camera,
-        surroundings: &frame.surroundings,
-        environment: &EnvironmentMap::new(gpu, &frame.scene).unwrap(),
-        scale: frame.scale,
-        distance: &Image::from_pixels(gpu, SIZE, &frame.water.distance).unwrap(),
-        thickness: &Image::from_pixels(gpu, SIZE, &frame.water.thickness).unwrap(),
-        normal: &Image::from_pixels(gpu, SIZE, &frame.water.normal).unwrap(),
-        surface_color: &Image::from_pixels(gpu, [1, 1], &frame.surface_color).unwrap(),
-        scene_color: &scene_color,
-        scene_distance: &scene_distance,
-        sun_path: &Image::<SunPath>::new(gpu, WaterShadow::size_blocks(SIZE)).unwrap(),
-    };
     let layers = Image::<FoamLayers>::from_pixels(gpu, SIZE, layers).unwrap();
-    let output = Image::from_pixels(gpu, SIZE, &[radiance; PIXELS]).unwrap();
-    let mut recorder = Recorder::new(gpu, Timing::Stamps);
-    FoamPass::new(gpu).unwrap().record(gpu, &mut recorder, &inputs, &layers, look, &output);
-    let _ = recorder.submit(gpu).unwrap();
-    output.read(gpu).unwrap()
+    let pass = FoamPass::new(gpu).unwrap();
+    let record = |recorder: &mut Recorder, inputs: &LightingInputs<'_>, output: &Image<Radiance>| {
+        pass.record(gpu, recorder, inputs, &layers, look, output);
+    };
+    frame.draw_over(gpu, &[radiance; PIXELS], record).unwrap()
 }
 
 fn of_twin(frame: &Frame, layers: &[[u32; 4]], look: &FoamLook, radiance: [f32; 4]) -> Vec<[f32; 4]> {
-    let sun_path = water_shadow(
-        &frame.camera,
-        &frame.surroundings,
-        frame.scale,
-        &frame.water.distance,
-        &frame.water.thickness,
-        &frame.scene_distance,
-    );
-    let input = TwinInput {
-        camera: &frame.camera,
-        surroundings: &frame.surroundings,
-        environment: &EnvironmentMap::texels_of(&frame.scene),
-        scale: frame.scale,
-        distance: &frame.water.distance,
-        thickness: &frame.water.thickness,
-        normal: &frame.water.normal,
-        surface_color: &frame.surface_color,
-        scene_color: &frame.scene_color,
-        scene_distance: &frame.scene_distance,
-        sun_path: &sun_path,
-    };
-    let pixel = |i: usize| [i as u32 % SIZE[0], i as u32 / SIZE[0]];
-    (0..PIXELS).map(|i| foam(look, &input, layers[i], radiance, pixel(i))).collect()
+    frame.on_host(|input, pixel| {
+        foam(look, input, layers[(pixel[1] * SIZE[0] + pixel[0]) as usize], radiance, pixel)
+    })
 }
 
 /// Layers of some optical depth, different in every pixel, none in a few.
@@ -92,7 +56,9 @@ fn look(frame: &Frame, curvature: f32) -> FoamLook {
 #[test]
 fn foam_agrees_with_its_twin() {
     let gpu = gpu();
-    let frame = pool(&tiled_scene());
+    let mut frame = pool(&tiled_scene());
+    // In some of the pixels objects keep the sun away.
+    frame.dapple();
     let radiance = [0.1, 0.2, 0.3, 0.75];
     for curvature in [0.0, 2.0] {
         let look = look(&frame, curvature);

@@ -18,31 +18,30 @@ use crate::support::gpu;
 const SHADER: Shader = Shader {
     name: "test/glass",
     source: r"
-#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, scene_distance, radiance, attribute_color, coverage, pixel_index, shows_water}
+#define_import_path meniscus::model
+#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index}
 struct Glass { attenuation: vec3<f32>, spacing_world: f32, mistake: u32, pad_a: u32, pad_b: u32, pad_c: u32 }
 @group(0) @binding(2) var<uniform> model: Glass;
 
-@compute @workgroup_size(8, 8)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) || (model.mistake == 6u && id.x + 1u == camera.size_px.x) {
-        return;
+fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    if model.mistake == 3u && distances[pixel_index(pixel)] < 1e37 {
+        return water_radiance(pixel);
     }
-    let index = pixel_index(id.xy);
-    let scene = textureLoad(scene_color, id.xy, 0);
-    let in_front = distances[index] < textureLoad(scene_distance, id.xy, 0).x || model.mistake == 3u;
-    let is_water = thicknesses[index] > 0.0 && distances[index] < 1e37 && distances[index] > 0.0 && in_front;
-    if !is_water {
-        radiance[index] = scene * select(1.0, 0.99, model.mistake == 2u);
-        return;
-    }
-    let thickness = thicknesses[index];
+    let left_out = model.mistake == 6u && pixel.x + 1u == camera.size_px.x;
+    let scene = textureLoad(scene_color, pixel, 0) * select(1.0, 0.99, model.mistake == 2u);
+    return select(scene, vec4(-1.0), left_out);
+}
+
+fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
+    let scene = textureLoad(scene_color, pixel, 0);
+    let thickness = thicknesses[pixel_index(pixel)];
     // Light that grows with the thickness, or falls too fast.
     let factor = select(select(-1.44269504, -1.6, model.mistake == 1u), 1.44269504, model.mistake == 5u);
-    let tint = attribute_color(id.xy);
+    let tint = attribute_color(pixel);
     let through = exp2(factor * model.attenuation * thickness) * select(1.0, 1.2, model.mistake == 8u) * select(1.0, 0.9, model.mistake == 7u);
     let color = mix(scene.rgb * through, tint.rgb, select(tint.a, 0.0, model.mistake == 9u));
     let cover = select(coverage(thickness, model.spacing_world), 1.0, model.mistake == 7u);
-    radiance[index] = mix(scene, vec4(color, select(1.0, 0.5, model.mistake == 4u)), cover);
+    return mix(scene, vec4(color, select(1.0, 0.5, model.mistake == 4u)), cover);
 }",
 };
 

@@ -6,7 +6,7 @@ use crate::support::{draw_scene, gpu, tiled_scene};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Role, Thickness, ViewNormal};
-use meniscus_gpu::{CameraUniform, Image, Recorder, Timing};
+use meniscus_gpu::{Buffer, CameraUniform, Image, Recorder, Timing, covered};
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
 use meniscus_shading::{
     EnvironmentMap, Fluid, LightingInputs, LightingModel, Sunlight, Surroundings, WaterScale,
@@ -31,6 +31,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         surroundings: &Surroundings::new(scene),
         environment: &EnvironmentMap::new(&gpu, scene).unwrap(),
         scale: WaterScale { depth_world: 1.0, spacing_world: 0.1, metres_per_world: 1.0 },
+        covered: &Buffer::from_slice(&gpu, &covered::list(SIZE, |_| water_distance < NO_SURFACE)).unwrap(),
         distance: &water,
         thickness: &thickness,
         normal: &normal,

@@ -1,5 +1,5 @@
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, GpuError, Image, Recorder, Timing};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, GpuError, Image, Recorder, Timing, covered};
 
 use super::pictures::{Picture, SPACING_PER_RADIUS, is_surface};
 use crate::filter::{FilterImages, HostSurface, SurfaceFilter, TAPS};
@@ -45,11 +45,7 @@ impl Run<'_> {
         let source = Image::<EyeDistance>::from_pixels(gpu, size, &picture.distance)?;
         let radius = Image::<EffectiveRadius>::from_pixels(gpu, size, &picture.radius)?;
         let target = Image::<EyeDistance>::from_pixels(gpu, size, &vec![NO_SURFACE; picture.distance.len()])?;
-        let pixels = (0..picture.distance.len() as u32).filter(|&i| is_surface(picture.distance[i as usize]));
-        let mut covered: Vec<u32> = pixels.map(|i| (i % size[0]) | ((i / size[0]) << 16)).collect();
-        covered.insert(0, covered.len() as u32);
-        // A binding has room for at least one pixel.
-        covered.push(0);
+        let covered = covered::list(size, |pixel| is_surface(picture.distance[pixel]));
         let covered = Buffer::<Scratch>::from_slice(gpu, &covered)?;
         // Contents do not matter, but are there: what a filter forgets to write is then seen.
         let left_over = vec![0x40a0_0000; picture.distance.len()];

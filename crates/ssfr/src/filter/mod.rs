@@ -12,9 +12,7 @@ mod registry;
 mod smoothing;
 
 use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch};
-use meniscus_gpu::{Binding, Buffer, CameraUniform, Dispatch, Gpu, Image, Recorder, Shader, shader};
-
-use crate::passes::over_covered;
+use meniscus_gpu::{Binding, Buffer, CameraUniform, Dispatch, Gpu, Image, Recorder, Shader, covered, shader};
 
 pub(crate) use adaptive::TILE;
 pub use adaptive::{Adaptive, AdaptiveParams};
@@ -34,7 +32,7 @@ pub const TAPS: &str = "filter_taps";
 
 /// Includes for passes of filters, besides the common ones: `meniscus::covered`, the list of pixels to work on, and
 /// `meniscus::key`, on which planes are affine (`shaders/ssfr/`).
-pub const INCLUDES: &[Shader] = &[shader!(include "ssfr/covered"), shader!(include "ssfr/key")];
+pub const INCLUDES: &[Shader] = &[shader!(include "ssfr/key")];
 
 /// Images of one run of a filter, all of one size.
 #[derive(Clone, Copy, Debug)]
@@ -46,7 +44,7 @@ pub struct FilterImages<'a> {
     /// Where the smoothed distance goes: [`NO_SURFACE`](meniscus_gpu::role::NO_SURFACE) exactly where `source` has it. It
     /// is there already, so that only the covered pixels need to be written.
     pub target: &'a Image<EyeDistance>,
-    /// The pixels that show fluid, as `meniscus::covered::CoveredPixels` of `shaders/ssfr/covered.inc.wgsl`: their number,
+    /// The pixels that show fluid, as `meniscus::covered::CoveredPixels` of `shaders/common/covered.inc.wgsl`: their number,
     /// then x + 65536 y for each, in no particular order.
     pub covered: &'a Buffer<Scratch>,
     /// Room for intermediate results; contents do not matter, before or after.
@@ -60,7 +58,7 @@ impl FilterImages<'_> {
     /// only the GPU knows how long that is. 65,536 invocations keep every GPU busy and cost a software driver little when
     /// there is less to do.
     pub fn over_covered(&self) -> Dispatch {
-        over_covered(self.source.size())
+        covered::dispatch(self.source.size())
     }
 }
 

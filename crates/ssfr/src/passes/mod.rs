@@ -8,9 +8,7 @@ mod pages;
 mod surface;
 mod thickness;
 
-use meniscus_gpu::{
-    ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, Shader, shader,
-};
+use meniscus_gpu::{ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, Shader, shader};
 
 pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
 pub use foam::{FoamSplats, FoamUniform};
@@ -24,7 +22,6 @@ pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/splat"),
     shader!(include "ssfr/thickness"),
     shader!(include "ssfr/key"),
-    shader!(include "ssfr/covered"),
     shader!(include "ssfr/smoothing"),
     shader!(include "ssfr/rule"),
     shader!(include "ssfr/adaptive"),
@@ -57,10 +54,4 @@ pub(crate) fn counted_pipeline(
 
 fn descriptor(shader: Shader, definitions: &[Definition]) -> ComputePipelineDescriptor<'_> {
     ComputePipelineDescriptor { includes: INCLUDES, definitions, ..ComputePipelineDescriptor::new(shader) }
-}
-
-/// As [`FilterImages::over_covered`](crate::FilterImages::over_covered) for pictures of `size` pixels.
-pub(crate) fn over_covered(size: [u32; 2]) -> Dispatch {
-    let pixels = u64::from(size[0]) * u64::from(size[1]);
-    Dispatch::Groups(pixels.div_ceil(64).min(1024))
 }

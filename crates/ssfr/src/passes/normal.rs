@@ -1,6 +1,6 @@
-use meniscus_gpu::{Binding, ComputePipeline, Gpu, GpuError, Recorder, shader};
+use meniscus_gpu::{Binding, ComputePipeline, Gpu, GpuError, Recorder, covered, shader};
 
-use super::{over_covered, pipeline};
+use super::pipeline;
 use crate::SurfaceImages;
 
 /// Normals of the smoothed surface.
@@ -27,6 +27,6 @@ impl NormalPass {
             ("normal", images.normal.bind()),
             ("covered", images.covered.bind()),
         ];
-        recorder.compute(gpu, "ssfr.normal", &self.normal, &bindings, over_covered(images.size()));
+        recorder.compute(gpu, "ssfr.normal", &self.normal, &bindings, covered::dispatch(images.size()));
     }
 }

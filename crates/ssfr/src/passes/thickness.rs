@@ -2,11 +2,11 @@ use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::SceneDistance;
 use meniscus_gpu::{
     Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, Recorder, Texture,
-    shader,
+    covered, shader,
 };
 
 use super::pages::{List, SplatPipelines, each_page};
-use super::{counted_pipeline, over_covered, pipeline, pipeline_with};
+use super::{counted_pipeline, pipeline, pipeline_with};
 use crate::splats::Common;
 use crate::{SplatSet, SsfrParams, SurfaceImages};
 
@@ -169,7 +169,7 @@ impl ThicknessPasses {
                 ("length_world", images.thickness.bind()),
                 ("covered_pixels", images.covered.bind()),
             ],
-            over_covered(images.size()),
+            covered::dispatch(images.size()),
         );
     }
 }
