@@ -6,8 +6,8 @@ const KEY: f64 = 0.18;
 /// Stops by which it is more in a picture of snow, and less in one of the night (Reinhard 2003, Parameter Estimation for
 /// Photographic Tone Reproduction).
 const KEY_STOPS: f64 = 2.0;
-/// Stops between dark and bright below which a picture is all but of one brightness, which says nothing of its nature.
-const LEAST_RANGE: f64 = 1.0;
+/// Stops between dark and bright from which on they say all of the picture's nature: in a flat one, where the mean lies is chance.
+const LEAST_RANGE: f64 = 4.0;
 /// Shares of the darkest and of the brightest pixels that do not count: black borders, and glints and the sun.
 const LEFT_OUT: f64 = 0.1;
 /// Digits that are kept, so that the number that is printed is the one that is used.
