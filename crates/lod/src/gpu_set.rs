@@ -77,6 +77,11 @@ impl GpuSet {
         }
     }
 
+    /// Lets go of the set; the lists wait for another one.
+    pub fn release(&mut self) {
+        self.set = None;
+    }
+
     fn take(&mut self, gpu: &Gpu, serial: u64, pages: Arc<SetPages>) -> Result<(), GpuError> {
         self.lists.iter_mut().try_for_each(|lists| lists.select(gpu, &PageSelection::default()))?;
         while self.lists.len() < pages.pages().len() {

@@ -72,15 +72,30 @@ pub struct SetStoreStats {
 /// The sets on the GPU: those that are drawn, those uploaded ahead, and those kept for the next time they are shown, within a
 /// budget of bytes. What is drawn is held in any case.
 ///
-/// Where room is short, the set shown last of those not in use goes first: played on and around, it is the one needed last.
+/// Where room is short, the set shown last of those not in use goes first: played on and around, it is the one needed last. What
+/// was uploaded ahead and not shown yet makes way only for what is drawn now.
 #[derive(Debug, Default)]
 pub struct SetStore(Mutex<Held>);
 
 #[derive(Debug, Default)]
 struct Held {
     /// In the order in which they were asked for.
-    sets: Vec<Arc<SetPages>>,
+    sets: Vec<HeldSet>,
     stats: SetStoreStats,
+}
+
+#[derive(Debug)]
+struct HeldSet {
+    pages: Arc<SetPages>,
+    /// Whether it was uploaded ahead and not drawn since.
+    waits: bool,
+}
+
+impl HeldSet {
+    /// Whether somebody besides the store has it.
+    fn is_in_use(&self) -> bool {
+        Arc::strong_count(&self.pages) > 1
+    }
 }
 
 impl SetStore {
@@ -97,30 +112,30 @@ impl SetStore {
     /// even though all that could be given up was.
     pub fn get(&self, gpu: &Gpu, set: &ChunkedSet) -> Result<Arc<SetPages>, GpuError> {
         let mut held = self.lock();
-        if let Some(found) = held.find(set) {
+        if let Some(found) = held.find(set, false) {
             held.stats.found += 1;
             return Ok(found);
         }
-        let uploaded = held.upload(gpu, set)?;
+        let uploaded = held.upload(gpu, set, false)?;
         held.stats.uploads += 1;
         Ok(uploaded)
     }
 
-    /// As [`Self::get`] for a set that will be drawn; `None` where there is no room for it beside what is in use.
+    /// As [`Self::get`] for a set that will be drawn; `None` where there is no room for it beside what is in use or waits to be.
     ///
     /// # Errors
     /// As [`Self::get`].
     pub fn get_ahead(&self, gpu: &Gpu, set: &ChunkedSet) -> Result<Option<Arc<SetPages>>, GpuError> {
         let mut held = self.lock();
-        if let Some(found) = held.find(set) {
+        if let Some(found) = held.find(set, true) {
             return Ok(Some(found));
         }
-        let in_use =
-            held.sets.iter().filter(|pages| is_in_use(pages)).map(|pages| pages.bytes()).sum::<u64>();
-        if in_use + bytes_on_gpu(set) > held.stats.limit_bytes {
+        let stays = held.sets.iter().filter(|held| held.waits || held.is_in_use());
+        let stays: u64 = stays.map(|held| held.pages.bytes()).sum();
+        if stays + bytes_on_gpu(set) > held.stats.limit_bytes {
             return Ok(None);
         }
-        let uploaded = held.upload(gpu, set)?;
+        let uploaded = held.upload(gpu, set, true)?;
         held.stats.uploads_ahead += 1;
         Ok(Some(uploaded))
     }
@@ -137,14 +152,15 @@ impl SetStore {
 }
 
 impl Held {
-    fn find(&mut self, set: &ChunkedSet) -> Option<Arc<SetPages>> {
-        let place = self.sets.iter().position(|pages| pages.serial == Some(set.serial()))?;
-        let pages = self.sets.remove(place);
-        self.sets.push(Arc::clone(&pages));
+    /// The pages of `set` if they are there; whether they `wait` for being drawn is known anew.
+    fn find(&mut self, set: &ChunkedSet, waits: bool) -> Option<Arc<SetPages>> {
+        let place = self.sets.iter().position(|held| held.pages.serial == Some(set.serial()))?;
+        let HeldSet { pages, .. } = self.sets.remove(place);
+        self.sets.push(HeldSet { pages: Arc::clone(&pages), waits });
         Some(pages)
     }
 
-    fn upload(&mut self, gpu: &Gpu, set: &ChunkedSet) -> Result<Arc<SetPages>, GpuError> {
+    fn upload(&mut self, gpu: &Gpu, set: &ChunkedSet, waits: bool) -> Result<Arc<SetPages>, GpuError> {
         let mut pages = self.give_up_for(gpu, bytes_on_gpu(set), self.stats.limit_bytes);
         match pages.write(gpu, set) {
             Err(GpuError::OutOfMemory { .. }) => {
@@ -160,7 +176,7 @@ impl Held {
             written => written?,
         }
         let pages = Arc::new(pages);
-        self.sets.push(Arc::clone(&pages));
+        self.sets.push(HeldSet { pages: Arc::clone(&pages), waits });
         self.stats.peak_bytes = self.stats.peak_bytes.max(self.bytes());
         Ok(pages)
     }
@@ -169,10 +185,10 @@ impl Held {
     fn give_up_for(&mut self, gpu: &Gpu, bytes: u64, limit: u64) -> SetPages {
         let mut last: Option<SetPages> = None;
         while self.bytes() + bytes > limit
-            && let Some(place) = self.sets.iter().rposition(|pages| !is_in_use(pages))
+            && let Some(place) = self.least_useful()
         {
             // Nobody can have taken it meanwhile: that needs the lock.
-            let pages = Arc::into_inner(self.sets.remove(place));
+            let pages = Arc::into_inner(self.sets.remove(place).pages);
             if last.is_some() {
                 // Cached bindings would keep it alive.
                 gpu.forget_bindings();
@@ -182,14 +198,15 @@ impl Held {
         last.unwrap_or_default()
     }
 
-    fn bytes(&self) -> u64 {
-        self.sets.iter().map(|pages| pages.bytes()).sum()
+    /// The place of what goes first.
+    fn least_useful(&self) -> Option<usize> {
+        let shown = self.sets.iter().rposition(|held| !held.waits && !held.is_in_use());
+        shown.or_else(|| self.sets.iter().rposition(|held| !held.is_in_use()))
     }
-}
 
-/// Whether somebody besides the store has them.
-fn is_in_use(pages: &Arc<SetPages>) -> bool {
-    Arc::strong_count(pages) > 1
+    fn bytes(&self) -> u64 {
+        self.sets.iter().map(|held| held.pages.bytes()).sum()
+    }
 }
 
 /// What `set` takes on the GPU.

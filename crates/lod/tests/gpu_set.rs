@@ -60,6 +60,16 @@ fn pages_and_ranges_arrive_and_buffers_are_reused() {
     }
 }
 
+/// A pool moved on by whole spacings from set to set: all take the same room.
+fn moved_pools(count: u8) -> Vec<ChunkedSet> {
+    let moved = |by: u8| {
+        let mut frame = pool([20, 20, 20], 0);
+        frame.positions.iter_mut().for_each(|position| position[0] += f32::from(by));
+        chunks::build(&frame, &ChunkOptions::new(10_000, 1.0))
+    };
+    (0..count).map(moved).collect()
+}
+
 /// Five sets of the same size on the GPU, of which `room` fit into the budget, played round after round as a viewer does: each is
 /// drawn while the next one is uploaded. Returns what was done, and the bytes of one set.
 fn play(gpu: &Gpu, sets: &[ChunkedSet], room: f64, rounds: usize) -> (SetStoreStats, u64) {
@@ -87,13 +97,7 @@ fn play(gpu: &Gpu, sets: &[ChunkedSet], room: f64, rounds: usize) -> (SetStoreSt
 #[test]
 fn sets_are_uploaded_ahead_and_kept_within_the_budget() {
     let gpu = gpu();
-    // Moved by whole spacings: all take the same room.
-    let moved = |by: u8| {
-        let mut frame = pool([20, 20, 20], 0);
-        frame.positions.iter_mut().for_each(|position| position[0] += f32::from(by));
-        chunks::build(&frame, &ChunkOptions::new(10_000, 1.0))
-    };
-    let sets: Vec<_> = (0..5).map(moved).collect();
+    let sets = moved_pools(5);
     let (stats, bytes) = play(&gpu, &sets, 0.0, 2);
     assert_eq!(
         (stats.uploads, stats.uploads_ahead, stats.found),
@@ -119,6 +123,28 @@ fn sets_are_uploaded_ahead_and_kept_within_the_budget() {
 
     let (stats, _) = play(&gpu, &sets, 9.0, 4);
     assert_eq!((stats.uploads, stats.uploads_ahead, stats.found), (1, 4, 19), "each once, and never again");
+}
+
+#[test]
+fn what_was_uploaded_ahead_stays_until_it_is_shown() {
+    let gpu = gpu();
+    let sets = moved_pools(4);
+    let store = SetStore::default();
+    drop(store.get(&gpu, &sets[0]).unwrap());
+    let room = |sets: f64| (sets * store.stats().peak_bytes as f64) as u64;
+    let store = SetStore::new(room(2.5));
+    let mut drawn = GpuSet::default();
+    drawn.upload(&gpu, &store, &sets[0]).unwrap();
+    // An uploader that is told of the one after the next before the next is drawn keeps neither in its hands.
+    assert!(store.get_ahead(&gpu, &sets[1]).unwrap().is_some());
+    assert!(store.get_ahead(&gpu, &sets[2]).unwrap().is_none(), "there is no room beside what waits");
+    drawn.upload(&gpu, &store, &sets[1]).unwrap();
+    assert_eq!((store.stats().uploads, store.stats().found), (1, 1), "the next one is there");
+    // What has been shown makes way; what is drawn now, not even for what waits.
+    assert!(store.get_ahead(&gpu, &sets[2]).unwrap().is_some());
+    drawn.upload(&gpu, &store, &sets[3]).unwrap();
+    assert_eq!(store.stats().uploads, 2);
+    assert!(store.stats().peak_bytes <= store.stats().limit_bytes);
 }
 
 const WEIGHTS: Shader = Shader {

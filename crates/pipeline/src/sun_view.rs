@@ -120,7 +120,7 @@ impl SunView {
     pub(crate) fn release(&mut self, frame: &PreparedFrame) {
         if self.drawn.as_ref().is_some_and(|drawn| *drawn != serials(frame)) {
             self.drawn = None;
-            self.sets.clear();
+            self.sets.iter_mut().for_each(|set| set.gpu.release());
         }
     }
 

@@ -93,8 +93,8 @@ fn objects_throw_shadows_where_they_stand_between_sun_and_floor() {
     let (mut dark, mut light) = (0, 0);
     for (i, (with, without)) in shadowed.iter().zip(&lit).enumerate() {
         let Some(floor) = on_floor(&camera, i) else { continue };
-        // Of the box itself only the side to the sun is compared: none of it is in shadow.
-        if meets(eye, floor - eye, bounds) > 0.0 {
+        // The box itself, and its silhouette to within a pixel.
+        if meets(eye, floor - eye, bounds.inflated(0.03)) > 0.0 {
             continue;
         }
         let inside = meets(floor, scene.sun.direction, bounds);
