@@ -9,7 +9,12 @@ import argparse
 import json
 import time
 
+import numpy
 import vtk
+from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+
+# In the order of a cube map's faces.
+FACES = ["px", "nx", "py", "ny", "pz", "nz"]
 
 
 def arguments():
@@ -21,21 +26,82 @@ def arguments():
     parser.add_argument("--size", default="1280x720")
     parser.add_argument("--frames", type=int, default=6)
     parser.add_argument("--attenuation-scale", type=float, default=1.0, help="1 / depth of the water, for clear water")
-    parser.add_argument("--look", choices=["default", "tuned"], default="tuned",
-                        help="the mapper's own colours and refraction, or those that look most like water")
+    parser.add_argument("--look", choices=["default", "tuned", "best"], default="tuned",
+                        help="the mapper's own colours and refraction, those that look most like water, "
+                             "or these with a wider filter as well, whatever it costs")
+    parser.add_argument("--surroundings", metavar="FOLDER",
+                        help="background.png, and what is reflected: " + ", ".join(f"{face}.png" for face in FACES))
+    parser.add_argument("--sun", help="x,y,z towards a lamp in place of the one at the camera")
     return parser.parse_args()
+
+
+def near_the_origin(points, eye, target):
+    """The points as VTK draws them best: relative to the target, and those far from the eye first.
+
+    VTK hands 32-bit coordinates to the GPU: of a map's, they keep a quarter of a metre. And the mapper's own depth test has no
+    effect in VTK 9.7.2 on llvmpipe: of the spheres at a pixel, the one drawn last is seen.
+    """
+    positions = vtk_to_numpy(points.GetData()) - numpy.array(target)
+    order = numpy.argsort(-((positions - numpy.subtract(eye, target)) ** 2).sum(axis=1))
+    moved = vtk.vtkPoints()
+    moved.SetData(numpy_to_vtk(positions[order].astype(numpy.float32), deep=True))
+    return moved
+
+
+def image(path):
+    reader = vtk.vtkPNGReader()
+    reader.SetFileName(path)
+    reader.Update()
+    return reader.GetOutput()
+
+
+def turned(picture):
+    """Turned by 180 degrees: the faces of a cube map are seen from outside, and their first row is on top."""
+    for axis in [0, 1]:
+        flip = vtk.vtkImageFlip()
+        flip.SetFilteredAxis(axis)
+        flip.SetInputData(picture)
+        flip.Update()
+        picture = flip.GetOutput()
+    return picture
+
+
+def surround(renderer, folder):
+    """Behind the water the background, which it refracts; in it the reflection of the cube's faces."""
+    background = vtk.vtkTexture()
+    background.SetInputData(image(f"{folder}/background.png"))
+    background.InterpolateOn()
+    renderer.TexturedBackgroundOn()
+    renderer.SetBackgroundTexture(background)
+
+    cube = vtk.vtkTexture()
+    cube.CubeMapOn()
+    cube.InterpolateOn()
+    cube.MipmapOn()
+    for index, face in enumerate(FACES):
+        cube.SetInputDataObject(index, turned(image(f"{folder}/{face}.png")))
+    renderer.SetEnvironmentTexture(cube)
+    renderer.UseImageBasedLightingOn()
+    renderer.UseSphericalHarmonicsOff()
+    # The mapper looks up the sharpest level only; the others, and the light on rough things, take minutes without a GPU.
+    renderer.GetEnvMapPrefiltered().SetPrefilterLevels(1)
+    renderer.GetEnvMapPrefiltered().SetPrefilterMaxSamples(1)
+    renderer.GetEnvMapLookupTable().SetLUTSize(2)
+    renderer.GetEnvMapLookupTable().SetLUTSamples(1)
+    renderer.GetEnvMapIrradiance().SetIrradianceSize(2)
 
 
 def main():
     args = arguments()
     eye, target, up, fovy = args.camera.split("/")
     vector = lambda text: [float(number) for number in text.split(",")]
+    eye, target = vector(eye), vector(target)
 
     reader = vtk.vtkXMLUnstructuredGridReader()
     reader.SetFileName(args.input)
     reader.Update()
     particles = vtk.vtkPolyData()
-    particles.SetPoints(reader.GetOutput().GetPoints())
+    particles.SetPoints(near_the_origin(reader.GetOutput().GetPoints(), eye, target))
 
     mapper = vtk.vtkOpenGLFluidMapper()
     mapper.SetInputData(particles)
@@ -45,15 +111,29 @@ def main():
     if args.look == "tuned":
         mapper.SetAttenuationColor(0.8, 0.2, 0.15)
         mapper.SetRefractionScale(0.07)
+    if args.look == "best":
+        mapper.SetAttenuationColor(0.75, 0.16, 0.09)
+        mapper.SetRefractionScale(0.07)
+        mapper.SetSurfaceFilterIterations(5)
+        mapper.SetSurfaceFilterRadius(10)
     volume = vtk.vtkVolume()
     volume.SetMapper(mapper)
 
     renderer = vtk.vtkRenderer()
     renderer.SetBackground(0.7, 0.8, 0.9)
     renderer.AddVolume(volume)
+    if args.surroundings:
+        surround(renderer, args.surroundings)
+    if args.sun:
+        lamp = vtk.vtkLight()
+        lamp.SetLightTypeToSceneLight()
+        lamp.PositionalOff()
+        lamp.SetFocalPoint(0, 0, 0)
+        lamp.SetPosition(*vector(args.sun))
+        renderer.AddLight(lamp)
     camera = renderer.GetActiveCamera()
-    camera.SetPosition(*vector(eye))
-    camera.SetFocalPoint(*vector(target))
+    camera.SetPosition(*[at - to for at, to in zip(eye, target)])
+    camera.SetFocalPoint(0, 0, 0)
     camera.SetViewUp(*vector(up))
     camera.SetViewAngle(float(fovy))
     renderer.ResetCameraClippingRange()

@@ -1,6 +1,7 @@
 //! `cargo xtask peers`: VTK's fluid mapper and readers beside ours.
 
 mod fluid;
+mod gallery;
 mod page;
 mod python;
 mod readers;
@@ -17,6 +18,7 @@ use crate::{
     error::{Error, Result},
     machine, prerequisites,
     process::{cargo, run as run_process},
+    sabotage::data_folder,
 };
 use tool::Tools;
 
@@ -30,6 +32,10 @@ use tool::Tools;
 /// Readers: MB of file per second, warm page cache, a new reader every time. `copy` is what no reader can be faster than: the
 /// file's bytes from the page cache to memory.
 ///
+/// --gallery: instead of measuring, draws sphere entry, PySPH's dam break and the fjord, ours without flags, VTK's with its best
+/// settings among our surroundings, as one small JPEG each. The dam break needs the third-party data (MENISCUS_DATA, else
+/// ../shared/data).
+///
 /// Needs Python and VTK (`pip install vtk`). Without them the peers' part is skipped and said so; with --require that is an
 /// error. Writes pictures, peers.json and index.html to target/peers. Whatever the times, the exit code is 0.
 #[derive(Args)]
@@ -37,7 +43,8 @@ use tool::Tools;
     cargo xtask peers\n  \
     cargo xtask peers --views dam-break\n  \
     cargo xtask peers --readers-only\n  \
-    cargo xtask peers --quick --require")]
+    cargo xtask peers --quick --require\n  \
+    cargo xtask peers --gallery")]
 pub struct Options {
     /// Views to draw
     #[arg(long, value_delimiter = ',', default_values_t = ["dam-break", "sphere-entry", "fjord-tsunami"].map(String::from))]
@@ -58,6 +65,18 @@ pub struct Options {
     /// Only the pictures
     #[arg(long)]
     pictures_only: bool,
+
+    /// Only small pictures of both beside each other, into this folder [default: docs/beside-vtk]
+    #[arg(
+        long,
+        value_name = "FOLDER",
+        conflicts_with_all = ["views", "rounds", "quick", "readers_only", "pictures_only"]
+    )]
+    gallery: Option<Option<PathBuf>>,
+
+    /// Take meniscus and bench-peers from this folder, already built, instead of building them
+    #[arg(long, value_name = "FOLDER")]
+    programs: Option<PathBuf>,
 
     /// Fail where a peer is missing
     #[arg(long)]
@@ -82,18 +101,25 @@ pub fn run(options: &Options) -> Result<()> {
         }
         println!("SKIPPED: VTK's side: {reason}");
     }
-    let packages = ["build", "--release", "--package", "meniscus", "--package", "bench-peers"];
-    run_process(cargo(packages).current_dir(workspace))?;
+    let programs = match &options.programs {
+        // They are started in other folders, too.
+        Some(built) => built.canonicalize().map_err(|source| Error::File { path: built.clone(), source })?,
+        None => {
+            let packages = ["build", "--release", "--package", "meniscus", "--package", "bench-peers"];
+            run_process(cargo(packages).current_dir(workspace))?;
+            metadata.target_directory.join("release").into()
+        }
+    };
     let folder: PathBuf = metadata.target_directory.join("peers").into();
     std::fs::create_dir_all(&folder).map_err(|source| Error::File { path: folder.clone(), source })?;
     let state = machine::state();
     println!("{state}");
-    let tools = Tools {
-        ours: metadata.target_directory.join("release").into(),
-        scripts: workspace.join("benches/peers"),
-        variables,
-        vtk: vtk.ok(),
-    };
+    let tools = Tools { ours: programs, scripts: workspace.join("benches/peers"), variables, vtk: vtk.ok() };
+    if let Some(gallery) = &options.gallery {
+        let data = data_folder(workspace).map(PathBuf::from);
+        let gallery = gallery.clone().unwrap_or_else(|| workspace.join("docs/beside-vtk"));
+        return gallery::draw(&tools, &folder.join("gallery"), &gallery, data.as_deref());
+    }
     let divide = if options.quick { 100 } else { 1 };
     let rounds = if options.quick { 1 } else { options.rounds };
 
@@ -120,4 +146,32 @@ pub fn run(options: &Options) -> Result<()> {
     };
     write("peers.json", &format!("{record:#}\n"))?;
     write("index.html", &page::html(&state, version, &views, &files))
+}
+
+#[cfg(test)]
+mod tests {
+    use clap::Parser;
+
+    use super::*;
+
+    #[derive(Parser)]
+    struct Line {
+        #[command(flatten)]
+        options: Options,
+    }
+
+    fn gallery(line: &str) -> Option<Option<PathBuf>> {
+        Line::try_parse_from(line.split(' ')).expect("a line that is right").options.gallery
+    }
+
+    #[test]
+    fn a_gallery_is_drawn_where_it_is_asked_for_and_measures_nothing() {
+        assert_eq!(gallery("peers"), None);
+        assert_eq!(gallery("peers --gallery"), Some(None));
+        assert_eq!(gallery("peers --gallery here --require"), Some(Some("here".into())));
+        for measuring in ["--quick", "--views dam-break", "--rounds 2", "--readers-only", "--pictures-only"] {
+            let line = format!("peers {measuring} --gallery");
+            assert!(Line::try_parse_from(line.split(' ')).is_err(), "{line}");
+        }
+    }
 }

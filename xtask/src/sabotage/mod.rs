@@ -17,6 +17,7 @@ use crate::{
     error::{Error, Result},
     prerequisites, table,
 };
+pub use checks::data_folder;
 use checks::{Checks, LEAST_PATIENCE, PATIENCE, Verdict};
 use list::Sabotage;
 use tree::Tree;
@@ -65,7 +66,7 @@ pub fn run(options: &Options) -> Result<()> {
     let folder = metadata.target_directory.as_std_path().join("sabotage");
     let _lock = lock(&folder)?;
     let mut variables = prerequisites::ensure(workspace, options.install)?;
-    variables.extend(checks::data_folder(workspace).map(|data| ("MENISCUS_DATA", data)));
+    variables.extend(data_folder(workspace).map(|data| ("MENISCUS_DATA", data)));
     checks::end_children_on_interrupt();
 
     let tree = Tree::copy(workspace, folder.join("tree"))?;
