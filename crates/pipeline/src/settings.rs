@@ -65,7 +65,7 @@ impl Default for SceneSettings {
             environment: None,
             sun: None,
             shadows: true,
-            caustics: 0.5,
+            caustics: 0.3,
         }
     }
 }

@@ -72,7 +72,7 @@ const LEAST_PIXELS: f32 = 16384.0;
 /// And of the largest one.
 const MOST_PIXELS: f32 = 4_194_304.0;
 /// How far the surface is smoothed that bends the light, spacings.
-const WAVES_SIGMA: f32 = 3.0;
+const WAVES_SIGMA: f32 = 4.0;
 /// Below this sine of its elevation the sun throws no shadows: they would be longer than what there is.
 const LEAST_SINE: f32 = 0.05;
 
