@@ -3,7 +3,7 @@ use glam::Vec3;
 use meniscus_gpu::role::{DisplayImage, LumaTexels, Radiance, RadianceTexels, Scratch};
 use meniscus_gpu::{
     Binding, Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField,
-    HostStruct, Image, Recorder, Shader, Texture, TextureRole, host_fields, shader,
+    HostStruct, Image, Recorder, Shader, Texture, TextureRole, covered, host_fields, shader,
 };
 
 use crate::bloom::{Bloom, BloomImages};
@@ -207,9 +207,7 @@ impl Compositor {
             ("smoothed", display.bind()),
         ];
         // Each invocation walks on through the list, whose length the GPU knows.
-        let pixels = u64::from(size[0]) * u64::from(size[1]);
-        let groups = Dispatch::Groups(pixels.div_ceil(64).min(1024));
-        recorder.compute(gpu, "compositor.fxaa", &passes.fxaa, &bindings, groups);
+        recorder.compute(gpu, "compositor.fxaa", &passes.fxaa, &bindings, covered::dispatch(size));
     }
 
     /// As [`Self::record`], of radiance whose edges are smooth already.

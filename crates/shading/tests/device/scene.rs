@@ -18,7 +18,7 @@ const SIZE: [u32; 2] = [80, 60];
 /// and water at a chosen distance shows exactly where the scene is behind it.
 fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> Vec<[f32; 4]> {
     let gpu = gpu();
-    let (color, distance) = draw_scene(&gpu, camera, scene);
+    let (color, distance) = draw_scene(&gpu, camera, scene, None);
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     let water = Image::<EyeDistance>::from_pixels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
     let thickness = Image::<Thickness>::from_pixels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();

@@ -3,17 +3,13 @@
 use glam::{Mat4, Vec2, Vec3};
 use half::f16;
 use meniscus_core::{Aabb, Camera, Projection};
-use meniscus_gpu::role::{
-    EyeDistance, NO_SURFACE, Role, SceneColor, SceneDepth, SceneDistance, Thickness, ViewNormal,
-};
+use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Role, SceneColor, SceneDistance, Thickness, ViewNormal};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture, Timing};
 use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
 use meniscus_shading::conformance::pack_normal;
-use meniscus_shading::{
-    Caustics, CausticsPass, Landed, SceneGeometry, ScenePass, SunView, SunWater, Sunlight, SunlightPass,
-};
+use meniscus_shading::{Caustics, CausticsPass, Landed, SunView, SunWater, Sunlight, SunlightPass};
 
-use crate::support::{gpu, tiled_scene};
+use crate::support::{draw_scene, gpu, tiled_scene};
 
 const SIZE: [u32; 2] = [96, 72];
 const SUN_SIZE: [u32; 2] = [256, 256];
@@ -28,23 +24,6 @@ fn sun_camera(scene: &Scene, target: Vec3, height_world: f32) -> CameraUniform {
         near: 1e-3,
     };
     CameraUniform::new(&camera, SUN_SIZE)
-}
-
-struct Drawn {
-    color: Texture<SceneColor>,
-    distance: Texture<SceneDistance>,
-}
-
-fn draw(gpu: &Gpu, camera: &CameraUniform, scene: &Scene, shadows: Option<&SunView<'_>>) -> Drawn {
-    let size = camera.size_px;
-    let drawn = Drawn { color: Texture::new(gpu, size).unwrap(), distance: Texture::new(gpu, size).unwrap() };
-    let depth = Texture::<SceneDepth>::new(gpu, size).unwrap();
-    let geometry = SceneGeometry::new(gpu, scene).unwrap();
-    let mut recorder = Recorder::new(gpu, Timing::Stamps);
-    let pass = ScenePass::new(gpu).unwrap();
-    pass.record(gpu, &mut recorder, camera, &geometry, shadows, &drawn.color, &drawn.distance, &depth);
-    let _ = recorder.submit(gpu).unwrap();
-    drawn
 }
 
 /// Where the ray through the middle of a pixel meets the floor at y = 0.
@@ -85,10 +64,10 @@ fn objects_throw_shadows_where_they_stand_between_sun_and_floor() {
     };
     let camera = CameraUniform::new(&camera, SIZE);
     let sun = sun_camera(&scene, bounds.center(), 3.0);
-    let seen = draw(&gpu, &sun, &scene, None);
-    let sun = SunView { camera: &sun, scene_distance: &seen.distance };
-    let lit = read(&gpu, &draw(&gpu, &camera, &scene, None).color);
-    let shadowed = read(&gpu, &draw(&gpu, &camera, &scene, Some(&sun)).color);
+    let (_, seen) = draw_scene(&gpu, &sun, &scene, None);
+    let sun = SunView { camera: &sun, scene_distance: &seen };
+    let lit = read(&gpu, &draw_scene(&gpu, &camera, &scene, None).0);
+    let shadowed = read(&gpu, &draw_scene(&gpu, &camera, &scene, Some(&sun)).0);
     let eye = Mat4::from_cols_array_2d(&camera.world_from_view).w_axis.truncate();
     let (mut dark, mut light) = (0, 0);
     for (i, (with, without)) in shadowed.iter().zip(&lit).enumerate() {
@@ -102,16 +81,12 @@ fn objects_throw_shadows_where_they_stand_between_sun_and_floor() {
         if inside > 0.1 {
             assert!(with[0] < 0.6 * without[0], "pixel {i} lies in shadow: {with:?} of {without:?}");
             dark += 1;
-        } else if inside < 0.0 && passes_by(floor, scene.sun.direction, bounds.inflated(0.08)) {
+        } else if inside < 0.0 && meets(floor, scene.sun.direction, bounds.inflated(0.08)) < 0.0 {
             assert_eq!(with, without, "pixel {i} lies in the sun");
             light += 1;
         }
     }
     assert!(dark > 50 && light > 1000, "{dark} in shadow, {light} in the sun");
-}
-
-fn passes_by(origin: Vec3, direction: Vec3, bounds: Aabb) -> bool {
-    meets(origin, direction, bounds) < 0.0
 }
 
 fn read(gpu: &Gpu, color: &Texture<SceneColor>) -> Vec<[f32; 4]> {

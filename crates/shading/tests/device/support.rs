@@ -6,7 +6,7 @@ use meniscus_gpu::role::{SceneColor, SceneDepth, SceneDistance};
 use meniscus_gpu::{AdapterChoice, CameraUniform, Gpu, Recorder, Texture, Timing};
 use meniscus_scene::Scene;
 use meniscus_shading::conformance::Frame;
-use meniscus_shading::{LightingModel, SceneGeometry, ScenePass};
+use meniscus_shading::{LightingModel, SceneGeometry, ScenePass, SunView};
 
 pub fn gpu() -> Gpu {
     Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
@@ -22,11 +22,12 @@ pub fn tiled_scene() -> Scene {
     Scene::around(Aabb { min: Vec3::ZERO, max: Vec3::new(2.0, 0.5, 1.0) }, UpAxis::Y, 0.0)
 }
 
-/// The drawn scene: colour and distance.
+/// The drawn scene, with the shadows of what the sun sees: colour and distance.
 pub fn draw_scene(
     gpu: &Gpu,
     camera: &CameraUniform,
     scene: &Scene,
+    shadows: Option<&SunView<'_>>,
 ) -> (Texture<SceneColor>, Texture<SceneDistance>) {
     let size = camera.size_px;
     let color = Texture::<SceneColor>::new(gpu, size).unwrap();
@@ -39,7 +40,7 @@ pub fn draw_scene(
         &mut recorder,
         camera,
         &geometry,
-        None,
+        shadows,
         &color,
         &distance,
         &depth,
