@@ -6,10 +6,13 @@ use std::ops::Range;
 use crate::Error;
 use crate::input_file::InputFile;
 
-/// A place in a file. Of a file that is not mapped, one window is in memory.
+/// A place in a file.
 pub(crate) struct Forward<'a> {
     file: &'a InputFile,
     position: usize,
+    /// Bytes that stay what they are: of a file that is not mapped, and of all that is given out through [`BufRead`]. A map
+    /// changes while it is read when somebody writes to the file or shortens it, and a parser that looks twice would find
+    /// something else than it has checked.
     window: Vec<u8>,
     /// Where the window lies in the file.
     window_start: usize,
@@ -21,6 +24,9 @@ pub(crate) struct Forward<'a> {
 
 /// Bytes read at a time.
 const WINDOW: usize = 64 << 10;
+
+/// Bytes of a map copied at a time: an element with its attributes is short, and what follows it is passed over.
+const MAP_WINDOW: usize = 4 << 10;
 
 impl<'a> Forward<'a> {
     pub fn new(file: &'a InputFile, position: usize) -> Self {
@@ -55,13 +61,18 @@ impl<'a> Forward<'a> {
         if let Some(map) = self.file.mapped() {
             return Ok(&map[self.position..]);
         }
+        self.peek_window(count, WINDOW)
+    }
+
+    /// As [`Self::peek`], of the window, which is filled with `ahead` bytes when it has to be.
+    fn peek_window(&mut self, count: usize, ahead: usize) -> Result<&[u8], Error> {
         let wanted = count.min(self.left());
         let window = self.window_start..self.window_start + self.window.len();
         if self.position < window.start || self.position + wanted > window.end {
             self.window_start = self.position;
-            let end = self.position + wanted.max(WINDOW).min(self.left());
+            let end = self.position + wanted.max(ahead).min(self.left());
             // Half a window must not be taken for a whole one.
-            if let Err(error) = self.file.get(self.position..end, &mut self.window) {
+            if let Err(error) = self.file.copy(self.position..end, &mut self.window) {
                 self.window.clear();
                 return Err(error);
             }
@@ -119,13 +130,14 @@ impl BufRead for Forward<'_> {
             return Ok(&[]);
         }
         let budget = self.budget;
+        let ahead = if self.file.mapped().is_some() { MAP_WINDOW } else { WINDOW };
         // Asked twice, because what is given out would keep the failure from being noted.
-        if let Err(error) = self.peek(1) {
+        if let Err(error) = self.peek_window(1, ahead) {
             let copy = io::Error::other(error.to_string());
             self.failure = Some(error);
             return Err(copy);
         }
-        let there = self.peek(1).map_err(io::Error::other)?;
+        let there = self.peek_window(1, ahead).map_err(io::Error::other)?;
         Ok(&there[..there.len().min(budget)])
     }
 
@@ -140,5 +152,29 @@ impl Read for Forward<'_> {
         let count = self.fill_buf()?.read(buffer)?;
         self.consume(count);
         Ok(count)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::IoMode;
+
+    #[test]
+    fn what_is_given_out_stays_when_the_file_shrinks() {
+        crate::map_guard::install().expect("installed");
+        let mut file = tempfile::NamedTempFile::new().expect("a file");
+        io::Write::write_all(&mut file, &[b'x'; 100_000]).expect("written");
+        for mode in [IoMode::Map, IoMode::Read] {
+            let input = InputFile::open(file.path(), mode).expect("opens");
+            let mut place = Forward::new(&input, 10);
+            let count = place.fill_buf().expect("there").len();
+            file.as_file().set_len(0).expect("emptied");
+            assert_eq!(place.fill_buf().expect("still there"), vec![b'x'; count], "{mode:?}");
+            file.as_file().set_len(0).and_then(|()| file.as_file().set_len(100_000)).expect("long again");
+            io::Seek::rewind(&mut file)
+                .and_then(|()| io::Write::write_all(&mut file, &[b'x'; 100_000]))
+                .expect("written");
+        }
     }
 }

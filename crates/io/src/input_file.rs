@@ -128,13 +128,30 @@ impl InputFile {
         }
         match &self.0.access {
             Access::Map(map) => Ok(map.get(range)),
+            Access::Read(_) => {
+                self.copy(range, scratch)?;
+                Ok(Some(scratch))
+            }
+        }
+    }
+
+    /// Makes `out` the bytes `range`, which must lie in the file, whatever becomes of the file afterwards.
+    ///
+    /// # Errors
+    /// When reading fails or the file has become shorter.
+    pub fn copy(&self, range: Range<usize>, out: &mut Vec<u8>) -> Result<(), Error> {
+        match &self.0.access {
+            Access::Map(map) => {
+                out.clear();
+                out.extend_from_slice(&map[range]);
+                Ok(())
+            }
             Access::Read(file) => {
-                scratch.resize(range.len(), 0);
-                read_exact_at(file, scratch, range.start as u64).map_err(|e| match e.kind() {
+                out.resize(range.len(), 0);
+                read_exact_at(file, out, range.start as u64).map_err(|e| match e.kind() {
                     io::ErrorKind::UnexpectedEof => changed(self.path(), "was shortened"),
                     _ => Error::io(self.path(), &e),
-                })?;
-                Ok(Some(scratch))
+                })
             }
         }
     }
