@@ -47,7 +47,7 @@ impl Splats {
         let pages = pages.collect();
         let sky = Texture::new(gpu, view.size).expect("a texture of the picture's size");
         let pixels = (view.size[0] * view.size[1]) as usize;
-        sky.write(gpu, &NO_SURFACE.to_le_bytes().repeat(pixels));
+        sky.write(gpu, &vec![NO_SURFACE; pixels]);
         let space = view.space();
         Self {
             stage: Ssfr::new(gpu, &FilterRegistry::builtin(), &params).expect("built-in passes"),

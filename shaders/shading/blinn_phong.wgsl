@@ -4,9 +4,8 @@
 #define_import_path meniscus::model
 
 #import meniscus::brdf::PI
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, attribute_color, coverage, pixel_index, to_world}
+#import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, normal_at, scene_color, attribute_color, coverage, to_world}
 #import meniscus::medium::{Medium, veiled}
-#import meniscus::surface::unpack_normal
 #import meniscus::water::water_point
 
 struct BlinnPhong {
@@ -27,11 +26,10 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
     let scene = textureLoad(scene_color, pixel, 0);
     let sky = surroundings.sky;
-    let thickness = thicknesses[index];
-    let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
+    let thickness = thickness_at(pixel);
+    let water = water_point(camera, pixel, distance_at(pixel), normal_at(pixel));
     let normal = to_world(water.normal_view);
     let body = veiled(model.medium, sky, normal, scene.rgb, thickness, model.color, attribute_color(pixel));
     let between = sky.sun_direction + to_world(water.to_eye_view);

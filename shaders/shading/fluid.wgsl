@@ -5,7 +5,7 @@
 
 #import meniscus::body::{COLOR_MIRROR, irradiance, tinted}
 #import meniscus::brdf::{PI, fresnel_dielectric}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
+#import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::{Neighbourhood, neighbourhood}
 #import meniscus::reflection::{environment, mirrored, sun_glint}
@@ -89,10 +89,9 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
     let scene = textureLoad(scene_color, pixel, 0);
-    let thickness = thicknesses[index];
-    let distance = distances[index];
+    let thickness = thickness_at(pixel);
+    let distance = distance_at(pixel);
     // The mean normal: differences between single pixels are mostly noise, which refraction would magnify.
     let around = neighbourhood(pixel, distance, model.spacing_world);
     let water = water_point(camera, pixel, distance, around.normal_sum);

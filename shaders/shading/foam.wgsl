@@ -4,10 +4,9 @@
 #import meniscus::body::soft_irradiance
 #import meniscus::brdf::{PI, fresnel_dielectric}
 #import meniscus::camera::{px_per_world, towards_eye, view_position}
-#import meniscus::lighting_inputs::{camera, distances, thicknesses, normals, radiance, pixel_index, shows_water, to_world}
+#import meniscus::lighting_inputs::{camera, distance_at, thickness_at, normal_at, radiance, pixel_index, shows_water, to_world}
 #import meniscus::shadow::sky_at
 #import meniscus::sky::Sky
-#import meniscus::surface::unpack_normal
 #import meniscus::water::water_point
 
 struct FoamLook {
@@ -52,13 +51,13 @@ fn opacity(optical_depth: f32) -> f32 {
 fn bend(pixel: vec2<u32>, distance: f32) -> f32 {
     let stride = i32(clamp(STENCIL_SPACINGS * model.spacing_world * px_per_world(camera, distance), 1.0, MAX_STENCIL_PX));
     let last = vec2<i32>(camera.size_px) - 1;
-    let here = unpack_normal(normals[pixel_index(pixel)]);
+    let here = normal_at(pixel);
     let offsets = array(vec2(stride, 0), vec2(0, stride));
     var sum = 0.0;
     for (var k = 0; k < 2; k++) {
-        let at = pixel_index(vec2<u32>(clamp(vec2<i32>(pixel) + offsets[k], vec2(0), last)));
-        let is_same = abs(distances[at] - distance) <= 2.0 * model.spacing_world;
-        let cosine = select(1.0, dot(here, unpack_normal(normals[at])), is_same);
+        let at = vec2<u32>(clamp(vec2<i32>(pixel) + offsets[k], vec2(0), last));
+        let is_same = abs(distance_at(at) - distance) <= 2.0 * model.spacing_world;
+        let cosine = select(1.0, dot(here, normal_at(at)), is_same);
         sum += 0.5 * sqrt(max(1.0 - cosine * cosine, 0.0));
     }
     return sum;
@@ -67,7 +66,7 @@ fn bend(pixel: vec2<u32>, distance: f32) -> f32 {
 // Optical depth of foam at crests; none where the water is thinner than a particle.
 fn crest(pixel: vec2<u32>, distance: f32) -> f32 {
     let share = smoothstep(model.curvature_threshold, 2.0 * model.curvature_threshold, bend(pixel, distance));
-    return model.curvature * share * smoothstep(0.0, 2.0 * model.spacing_world, thicknesses[pixel_index(pixel)]);
+    return model.curvature * share * smoothstep(0.0, 2.0 * model.spacing_world, thickness_at(pixel));
 }
 
 // `lit` under foam of these optical depths: in front, in the surface, behind, and behind times depth in spacings.
@@ -78,12 +77,11 @@ fn composed(pixel: vec2<u32>, layers: vec4<f32>, lit: vec4<f32>) -> vec4<f32> {
     let cloud_light = white(sky, cloud / max(length(cloud), 1e-3));
     var color = lit;
     if shows_water(pixel) {
-        let index = pixel_index(pixel);
-        let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
+        let water = water_point(camera, pixel, distance_at(pixel), normal_at(pixel));
         let light = white(sky, to_world(water.normal_view));
         // Along the ray, but no further than there is water.
         let depth = layers.w / max(layers.z, PER_STEP) * model.spacing_world;
-        let path = min(depth / max(water.to_eye_view.z, 1e-3), thicknesses[index]);
+        let path = min(depth / max(water.to_eye_view.z, 1e-3), thickness_at(pixel));
         let through = exp2(-1.44269504 * model.extinction * path) * (1.0 - fresnel_dielectric(water.n_v, REFRACTIVE_INDEX));
         color = vec4(mix(color.rgb, light, opacity(layers.z) * through), color.a);
         color = mix(color, vec4(light, 1.0), opacity(layers.y));
@@ -102,7 +100,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let index = pixel_index(id.xy);
     var layers = vec4<f32>(foam_layers[index]) * PER_STEP;
     if model.curvature > 0.0 && shows_water(id.xy) {
-        layers.y += crest(id.xy, distances[index]);
+        layers.y += crest(id.xy, distance_at(id.xy));
     }
     if layers.x + layers.y + layers.z > 0.0 {
         radiance[index] = composed(id.xy, layers, radiance[index]);

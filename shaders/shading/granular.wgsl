@@ -6,11 +6,10 @@
 #import meniscus::body::ambient
 #import meniscus::brdf::{PI, fresnel_dielectric}
 #import meniscus::camera::{px_per_world, view_position}
-#import meniscus::lighting_inputs::{camera, distances, thicknesses, normals, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
+#import meniscus::lighting_inputs::{camera, distance_at, thickness_at, normal_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::Medium
 #import meniscus::reflection::{environment, mirrored, sun_glint}
 #import meniscus::shadow::{shadow, sky_at}
-#import meniscus::surface::unpack_normal
 #import meniscus::water::{WaterPoint, water_point}
 
 struct Granular {
@@ -48,7 +47,7 @@ fn enclosed(pixel: vec2<u32>, water: WaterPoint) -> f32 {
         let reach_px = i32(clamp(spacings * spacing_px, 1.0, MAX_GAP_PX));
         let at = vec2<u32>(clamp(vec2<i32>(pixel) + reach_px * offsets[k & 3], vec2(0), last));
         // What is not there, or far in front, does not enclose.
-        let other = clamp(distances[pixel_index(at)], water.distance - 4.0 * model.spacing_world, 2.0 * water.distance);
+        let other = clamp(distance_at(at), water.distance - 4.0 * model.spacing_world, 2.0 * water.distance);
         let across = view_position(camera, vec2<f32>(at) + 0.5, other) - water.position_view;
         sum += clamp(dot(water.normal_view, across) / max(length(across), 1e-20) - 0.05, 0.0, 1.0);
     }
@@ -62,10 +61,9 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
     let scene = scene_radiance(pixel);
     let sky = sky_at(pixel);
-    let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
+    let water = water_point(camera, pixel, distance_at(pixel), normal_at(pixel));
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
     let tint = attribute_color(pixel);
@@ -86,5 +84,5 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let glint = sun_glint(sky, normal, to_eye, water.n_v, FILM_ALPHA, FILM_INDEX);
     let film = wet * open * fresnel_dielectric(water.n_v, FILM_INDEX);
     let color = mix(body, mirror, film) + wet * open * glint;
-    return mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+    return mix(scene, vec4(color, 1.0), coverage(thickness_at(pixel), model.spacing_world));
 }

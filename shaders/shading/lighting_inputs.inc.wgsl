@@ -2,7 +2,7 @@
 
 #import meniscus::camera::Camera
 #import meniscus::covered::CoveredPixels
-#import meniscus::surface::is_empty
+#import meniscus::surface::{is_empty, unpack_normal}
 #import meniscus::surroundings::Surroundings
 
 // What lighting models read and write, under the names that `LightingInputs::bindings` gives it. Binding 2 is left for the
@@ -10,9 +10,9 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> surroundings: Surroundings;
-@group(0) @binding(3) var<storage, read> distances: array<f32>;
-@group(0) @binding(4) var<storage, read> thicknesses: array<f32>;
-@group(0) @binding(5) var<storage, read> normals: array<u32>;
+@group(0) @binding(3) var distances: texture_2d<f32>;
+@group(0) @binding(4) var thicknesses: texture_2d<f32>;
+@group(0) @binding(5) var normals: texture_2d<u32>;
 @group(0) @binding(6) var scene_color: texture_2d<f32>;
 @group(0) @binding(7) var scene_distance: texture_2d<f32>;
 // One value per block of pixels, or a single one: length of water that sunlight crosses to the scene (bits of a float), and
@@ -29,11 +29,25 @@ fn pixel_index(pixel: vec2<u32>) -> u32 {
     return pixel.y * camera.size_px.x + pixel.x;
 }
 
+// Distance of the water in a pixel; `NO_SURFACE` where there is none.
+fn distance_at(pixel: vec2<u32>) -> f32 {
+    return textureLoad(distances, pixel, 0).x;
+}
+
+// Length of water along the ray through a pixel up to the scene, world units.
+fn thickness_at(pixel: vec2<u32>) -> f32 {
+    return textureLoad(thicknesses, pixel, 0).x;
+}
+
+// Unit normal of the water in a pixel, view space.
+fn normal_at(pixel: vec2<u32>) -> vec3<f32> {
+    return unpack_normal(textureLoad(normals, pixel, 0).x);
+}
+
 // Whether the pixel shows water: there is some, in front of the scene.
 fn shows_water(pixel: vec2<u32>) -> bool {
-    let index = pixel_index(pixel);
-    let distance = distances[index];
-    return distance > 0.0 && !is_empty(distance) && thicknesses[index] > 0.0 && distance < textureLoad(scene_distance, pixel, 0).x;
+    let distance = distance_at(pixel);
+    return distance > 0.0 && !is_empty(distance) && thickness_at(pixel) > 0.0 && distance < textureLoad(scene_distance, pixel, 0).x;
 }
 
 // Colour that an attribute gives the water; alpha is how much of the water's own it replaces.

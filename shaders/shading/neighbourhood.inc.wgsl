@@ -1,8 +1,7 @@
 #define_import_path meniscus::neighbourhood
 
 #import meniscus::camera::{px_per_world, towards_eye, view_position}
-#import meniscus::lighting_inputs::{camera, distances, normals}
-#import meniscus::surface::unpack_normal
+#import meniscus::lighting_inputs::{camera, distance_at, normal_at}
 
 // Share of a spacing over which normals are compared and averaged: finer detail is not in the particles, it is noise.
 const STENCIL_SPACINGS: f32 = 0.3;
@@ -28,14 +27,13 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32, spacing_world: f32) -> Neighbo
     let stride_px = floor(clamp(STENCIL_SPACINGS * spacing_px, 1.0, MAX_STENCIL_PX));
     let last = vec2<i32>(camera.size_px) - 1;
     let offsets = array(vec2(-1, 0), vec2(1, 0), vec2(0, -1), vec2(0, 1));
-    let center = unpack_normal(normals[pixel.y * camera.size_px.x + pixel.x]);
+    let center = normal_at(pixel);
     var sum = center;
     var spread = 0.0;
     for (var k = 0; k < 4; k++) {
         let at = vec2<u32>(clamp(vec2<i32>(pixel) + i32(stride_px) * offsets[k], vec2(0), last));
-        let index = at.y * camera.size_px.x + at.x;
-        let same = abs(distances[index] - distance) <= 2.0 * spacing_world;
-        let normal = select(center, unpack_normal(normals[index]), same);
+        let same = abs(distance_at(at) - distance) <= 2.0 * spacing_world;
+        let normal = select(center, normal_at(at), same);
         let delta = normal - center;
         sum += normal;
         spread += 0.25 * select(EDGE_SPREAD, dot(delta, delta), same);
@@ -48,7 +46,7 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32, spacing_world: f32) -> Neighbo
     var isolation = 0.0;
     for (var k = 0; k < 4; k++) {
         let at = vec2<u32>(clamp(vec2<i32>(pixel) + far_px * offsets[k], vec2(0), last));
-        let other = min(distances[at.y * camera.size_px.x + at.x], 2.0 * distance);
+        let other = min(distance_at(at), 2.0 * distance);
         let below = dot(plane, position - view_position(camera, vec2<f32>(at) + 0.5, other));
         isolation += 0.25 * clamp(below / max(spacing_world, 1e-6 * distance) - 1.0, 0.0, 1.0);
     }

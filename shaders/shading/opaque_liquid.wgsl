@@ -5,7 +5,7 @@
 
 #import meniscus::body::{COLOR_MIRROR, LEGEND_SOFTNESS, soft_irradiance}
 #import meniscus::brdf::{PI, fresnel_dielectric}
-#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
+#import meniscus::lighting_inputs::{camera, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::Medium
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored, sun_glint}
@@ -35,10 +35,9 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
     let scene = scene_radiance(pixel);
     let sky = sky_at(pixel);
-    let distance = distances[index];
+    let distance = distance_at(pixel);
     let around = neighbourhood(pixel, distance, model.spacing_world);
     let water = water_point(camera, pixel, distance, around.normal_sum);
     let normal = to_world(water.normal_view);
@@ -55,5 +54,5 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let cosine = min(sqrt(water.n_v * water.n_v + 0.2 * around.spread), 1.0);
     let left = mix(1.0, COLOR_MIRROR, tint.a);
     let color = mix(body, mirror, left * fresnel_dielectric(cosine, model.refractive_index)) + left * glint;
-    return mix(scene, vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+    return mix(scene, vec4(color, 1.0), coverage(thickness_at(pixel), model.spacing_world));
 }

@@ -6,8 +6,8 @@
 #import meniscus::sun_view::{sun_camera, sun_scene_distance}
 #import meniscus::surface::{is_empty, unpack_normal}
 
-@group(0) @binding(0) var<storage, read> distances: array<f32>;
-@group(0) @binding(1) var<storage, read> normals: array<u32>;
+@group(0) @binding(0) var distances: texture_2d<f32>;
+@group(0) @binding(1) var normals: texture_2d<u32>;
 @group(0) @binding(2) var<storage, read_write> landed: array<atomic<u32>>;
 
 const WATER_TO_AIR: f32 = 1.0 / 1.333;
@@ -41,16 +41,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= sun_camera.size_px) {
         return;
     }
-    let index = id.y * sun_camera.size_px.x + id.x;
     var px = vec2<f32>(id.xy) + 0.5;
-    let distance = distances[index];
+    let distance = textureLoad(distances, id.xy, 0).x;
     let below = scene_at(px);
     if is_empty(below) {
         return;
     }
     if !is_empty(distance) && distance < below {
         let entry = view_position(sun_camera, px, distance);
-        let bent = refract(vec3(0.0, 0.0, -1.0), unpack_normal(normals[index]), WATER_TO_AIR);
+        let bent = refract(vec3(0.0, 0.0, -1.0), unpack_normal(textureLoad(normals, id.xy, 0).x), WATER_TO_AIR);
         let per_distance = 1.0 / max(-bent.z, 0.1);
         for (var i = 0; i < STEPS; i++) {
             let reach = scene_at(px) - distance;

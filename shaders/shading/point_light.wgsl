@@ -6,7 +6,7 @@
 
 #import meniscus::body::{COLOR_MIRROR, tinted}
 #import meniscus::brdf::fresnel_dielectric
-#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index, point_to_world, to_world}
+#import meniscus::lighting_inputs::{camera, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored}
@@ -44,10 +44,9 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
     let scene = textureLoad(scene_color, pixel, 0);
     let sky = sky_at(pixel);
-    let distance = distances[index];
+    let distance = distance_at(pixel);
     let around = neighbourhood(pixel, distance, model.spacing_world);
     let water = water_point(camera, pixel, distance, around.normal_sum);
     let normal = to_world(water.normal_view);
@@ -65,12 +64,12 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     // No highlight on what is turned away.
     let highlight = select(0.0, pow(theta, model.shininess), cos_i > 0.0);
 
-    let path = refracted_path(water, thicknesses[index], model.refractive_index, model.refraction_scale, model.spacing_world);
+    let path = refracted_path(water, thickness_at(pixel), model.refractive_index, model.refraction_scale, model.spacing_world);
     let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * background(path.end_px, path.nearest_distance, scene.rgb);
     let refracted = tinted(sky, transmitted(model.medium, sky, normal, behind, path.length_world), tint, normal);
     let mirror = environment(position, mirrored(normal, to_eye), 0.0);
     let left = reflectance * mix(1.0, COLOR_MIRROR, tint.a);
     let color = mix(refracted, mirror, left) + intensity * left * (cos_i + highlight);
-    return mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thicknesses[index], model.spacing_world));
+    return mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thickness_at(pixel), model.spacing_world));
 }

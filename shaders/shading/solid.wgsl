@@ -11,8 +11,8 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> surroundings: Surroundings;
 @group(0) @binding(2) var<uniform> material: Material;
-@group(0) @binding(3) var<storage, read> distances: array<f32>;
-@group(0) @binding(4) var<storage, read> normals: array<u32>;
+@group(0) @binding(3) var distances: texture_2d<f32>;
+@group(0) @binding(4) var normals: texture_2d<u32>;
 
 struct Target {
     @location(0) color: vec4<f32>,
@@ -27,13 +27,13 @@ fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
 
 @fragment
 fn fragment(@builtin(position) place: vec4<f32>) -> Target {
-    let pixel = u32(place.y) * camera.size_px.x + u32(place.x);
-    let distance = distances[pixel];
+    let pixel = vec2<u32>(place.xy);
+    let distance = textureLoad(distances, pixel, 0).x;
     if is_empty(distance) {
         discard;
     }
     let ray = world_ray(camera, place.xy);
-    let normal = (camera.world_from_view * vec4(unpack_normal(normals[pixel]), 0.0)).xyz;
+    let normal = (camera.world_from_view * vec4(unpack_normal(textureLoad(normals, pixel, 0).x), 0.0)).xyz;
     let reach = distance * ray.per_distance;
     let sun = sunlit(ray.origin + reach * ray.direction, normal);
     let near = lit(surroundings.sky, sun, material, 1.0, normal, -ray.direction);

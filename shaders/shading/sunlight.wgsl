@@ -11,12 +11,12 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 #ifdef OBJECTS
-@group(0) @binding(1) var<storage, read> distances: array<f32>;
+@group(0) @binding(1) var distances: texture_2d<f32>;
 #endif
 @group(0) @binding(2) var scene_distance: texture_2d<f32>;
 // As the sun sees the water.
-@group(0) @binding(3) var<storage, read> sun_distances: array<f32>;
-@group(0) @binding(4) var<storage, read> sun_thicknesses: array<f32>;
+@group(0) @binding(3) var sun_distances: texture_2d<f32>;
+@group(0) @binding(4) var sun_thicknesses: texture_2d<f32>;
 // 1 everywhere without caustics.
 @group(0) @binding(5) var<storage, read> caustics: array<f32>;
 @group(0) @binding(6) var<storage, read_write> sunlight: array<vec2<u32>>;
@@ -29,14 +29,13 @@ fn through_water(s: SunPoint) -> vec2<f32> {
     let base = floor(corner);
     let f = corner - base;
     let width = i32(sun_camera.size_px.x);
-    let first = i32(base.y) * width + i32(base.x);
     let weights = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     var sum = vec2(0.0);
     for (var k = 0; k < 4; k++) {
-        let index = first + (k >> 1u) * width + (k & 1);
-        let distance = sun_distances[index];
+        let at = vec2<i32>(base) + vec2(k & 1, k >> 1u);
+        let distance = textureLoad(sun_distances, at, 0).x;
         let below = select(s.distance - distance, 0.0, is_empty(distance));
-        sum += weights[k] * vec2(clamp(below, 0.0, sun_thicknesses[index]), caustics[index]);
+        sum += weights[k] * vec2(clamp(below, 0.0, textureLoad(sun_thicknesses, at, 0).x), caustics[at.y * width + at.x]);
     }
     return sum;
 }
@@ -64,7 +63,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
     }
 #ifdef OBJECTS
-    let water = distances[pixel.y * camera.size_px.x + pixel.x];
+    let water = textureLoad(distances, pixel, 0).x;
     if !is_empty(water) {
         let position = view_position(camera, px, water);
         let to_sun = sun_camera.world_from_view[2].xyz;

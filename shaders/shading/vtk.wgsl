@@ -6,10 +6,9 @@
 
 #import meniscus::body::ambient
 #import meniscus::brdf::{PI, fifth_power}
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, attribute_color, pixel_index, point_to_world, to_world}
+#import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, normal_at, scene_color, attribute_color, point_to_world, to_world}
 #import meniscus::reflection::environment
 #import meniscus::refraction::background
-#import meniscus::surface::unpack_normal
 #import meniscus::water::water_point
 
 struct Vtk {
@@ -40,10 +39,9 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
     let scene = textureLoad(scene_color, pixel, 0);
     let sky = surroundings.sky;
-    let water = water_point(camera, pixel, distances[index], unpack_normal(normals[index]));
+    let water = water_point(camera, pixel, distance_at(pixel), normal_at(pixel));
     let normal = to_world(water.normal_view);
     let to_eye = to_world(water.to_eye_view);
     let tint = attribute_color(pixel);
@@ -63,7 +61,7 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let shift = vec2(bent.x, -bent.y) * model.refraction_scale * vec2<f32>(camera.size_px);
     let at_px = clamp(vec2<f32>(pixel) + 0.5 + shift, vec2(0.0), vec2<f32>(camera.size_px));
     let attenuation = mix(model.attenuation, max(dye, vec3(0.0)) * model.dye_per_world, tint.a);
-    let through = exp2(-1.44269504 * attenuation * thicknesses[index]) * background(at_px, 0.0, scene.rgb);
+    let through = exp2(-1.44269504 * attenuation * thickness_at(pixel)) * background(at_px, 0.0, scene.rgb);
     let mirror = environment(point_to_world(water.position_view), reflect(-to_eye, normal), 0.0);
     let volume = mix(through, mirror, fresnel);
 

@@ -7,15 +7,15 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> adaptive: Adaptive;
 @group(0) @binding(2) var<storage, read> covered: CoveredPixels;
-@group(0) @binding(3) var<storage, read> pixels: array<u32>;
-@group(0) @binding(4) var<storage, read> bends: array<u32>;
-@group(0) @binding(5) var<storage, read_write> complexity: array<f32>;
+// Per tile: measured pixels in the low, those beside an edge in the high 16 bits; bends.
+@group(0) @binding(3) var<storage, read> sums: array<vec2<u32>>;
+@group(0) @binding(4) var<storage, read_write> complexity: array<f32>;
 
 // Of a tile in which something was measured.
 fn complexity_of(tile: u32) -> f32 {
-    let measured = f32(pixels[tile] & 0xffffu);
-    let edges = f32(pixels[tile] >> 16u);
-    let bend = f32(bends[tile]) / BEND_STEPS / max(measured - edges, 1.0);
+    let measured = f32(sums[tile].x & 0xffffu);
+    let edges = f32(sums[tile].x >> 16u);
+    let bend = f32(sums[tile].y) / BEND_STEPS / max(measured - edges, 1.0);
     let reached = max(edges / measured / adaptive.edges, bend / adaptive.bend);
     return clamp(2.0 * reached - 1.0, 0.0, 1.0);
 }
@@ -31,7 +31,7 @@ fn blend(id: vec2<u32>) {
         let overlap = 1.0 - abs(at - tile_at);
         let inside = vec2<u32>(clamp(tile_at, vec2(0.0), last));
         let tile = inside.y * tiles(camera).x + inside.x;
-        if (pixels[tile] & 0xffffu) > 0u {
+        if (sums[tile].x & 0xffffu) > 0u {
             total += overlap.x * overlap.y * complexity_of(tile);
             weights += overlap.x * overlap.y;
         }

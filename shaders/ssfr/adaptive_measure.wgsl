@@ -9,17 +9,21 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> adaptive: Adaptive;
-@group(0) @binding(2) var<storage, read> radius: array<f32>;
-@group(0) @binding(3) var<storage, read> distance: array<f32>;
-@group(0) @binding(4) var<storage, read> covered: CoveredPixels;
-// Measured pixels in the low, those beside an edge in the high 16 bits.
-@group(0) @binding(5) var<storage, read_write> pixels: array<atomic<u32>>;
-@group(0) @binding(6) var<storage, read_write> bends: array<atomic<u32>>;
+@group(0) @binding(2) var front: texture_2d<f32>;
+@group(0) @binding(3) var<storage, read> covered: CoveredPixels;
+@group(0) @binding(4) var<storage, read_write> sums: array<TileSums>;
+
+// Of a tile.
+struct TileSums {
+    // Measured pixels in the low, those beside an edge in the high 16 bits.
+    pixels: atomic<u32>,
+    bends: atomic<u32>,
+}
 
 // How far the middle lies off the line between samples `reach` to both sides, in keys; -1 beside a gap.
-fn bend_along(pixel: i32, stride: i32, reach: i32, center: f32) -> f32 {
-    let after = key_of(camera, distance[pixel + reach * stride]);
-    let before = key_of(camera, distance[pixel - reach * stride]);
+fn bend_along(pixel: vec2<i32>, stride: vec2<i32>, reach: i32, center: f32) -> f32 {
+    let after = key_of(camera, textureLoad(front, pixel + reach * stride, 0).x);
+    let before = key_of(camera, textureLoad(front, pixel - reach * stride, 0).x);
     if is_gap(after) || is_gap(before) {
         return -1.0;
     }
@@ -34,26 +38,26 @@ fn measure(id: vec2<u32>) -> u32 {
     if any((room & vec2(1u)) != vec2(0u)) || any(place % (2u * TILE) == vec2(0u)) {
         return 0u;
     }
-    let width = i32(camera.size_px.x);
-    let pixel = i32(id.y) * width + i32(id.x);
-    let d = distance[pixel];
-    let r = radius[pixel];
+    let pixel = vec2<i32>(id);
+    let own = textureLoad(front, pixel, 0);
+    let d = own.x;
+    let r = own.y;
     let center = key_of(camera, d);
     let spacing_px = sigma_in_px(camera, adaptive.spacing_per_radius, d, r);
     if spacing_px <= 0.0 {
         return 0u;
     }
     let reach = min(vec2(max(i32(round(spacing_px)), 1)), vec2<i32>(room));
-    let x = bend_along(pixel, 1, reach.x, center);
-    let y = bend_along(pixel, width, reach.y, center);
+    let x = bend_along(pixel, vec2(1, 0), reach.x, center);
+    let y = bend_along(pixel, vec2(0, 1), reach.y, center);
     let per_radius = max(r * key_per_distance(camera, center), 1e-30);
     let radii = max(x, y) / per_radius;
     let is_edge = min(x, y) < 0.0 || radii > adaptive.range_radii;
     let tile_at = place / (2u * TILE);
     let tile = tile_at.y * tiles(camera).x + tile_at.x;
-    atomicAdd(&pixels[tile], select(1u, 0x10001u, is_edge));
+    atomicAdd(&sums[tile].pixels, select(1u, 0x10001u, is_edge));
     if !is_edge {
-        atomicAdd(&bends[tile], u32(round(BEND_STEPS * min(radii, MOST_BEND))));
+        atomicAdd(&sums[tile].bends, u32(round(BEND_STEPS * min(radii, MOST_BEND))));
     }
     return 4u;
 }

@@ -18,7 +18,7 @@ struct ColorScale {
 @group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(4) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(5) var<storage, read> values: array<f32>;
-@group(0) @binding(6) var<storage, read> distances: array<f32>;
+@group(0) @binding(6) var front: texture_2d<f32>;
 // Weights, then weighted places, of each pixel.
 @group(0) @binding(7) var<storage, read_write> sums: array<atomic<u32>>;
 
@@ -48,7 +48,7 @@ fn draw(grid: Grid, splat: Splat, at: f32) {
     for (var y = box.first.y; y <= box.last.y; y++) {
         for (var x = box.first.x; x <= box.last.x; x++) {
             let pixel = u32(y * (grid.last_px.x + 1) + x);
-            let distance = distances[pixel];
+            let distance = textureLoad(front, vec2(x, y), 0).x;
             if is_empty(distance) {
                 continue;
             }

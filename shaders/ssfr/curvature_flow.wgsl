@@ -24,9 +24,10 @@ struct CurvatureFlow {
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> flow: CurvatureFlow;
-@group(0) @binding(2) var<storage, read> radius: array<f32>;
-@group(0) @binding(3) var<storage, read> source: array<f32>;
-@group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
+// Its y: radii.
+@group(0) @binding(2) var front: texture_2d<f32>;
+@group(0) @binding(3) var source: texture_2d<f32>;
+@group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 @group(0) @binding(5) var<storage, read> covered: CoveredPixels;
 
 // Below this nothing moves by more than rounding.
@@ -48,9 +49,13 @@ struct Axis {
     read: u32,
 }
 
+fn key_at(pixel: vec2<i32>) -> f32 {
+    return textureLoad(source, pixel, 0).x;
+}
+
 // Takes differences as wide as `wanted`, or by halves narrower until they do not span an edge. Between whole pixels samples
 // are interpolated, so that no ring shows where another pixel is reached.
-fn axis_at(pixel: i32, stride: i32, center: f32, wanted: f32, range: f32) -> Axis {
+fn axis_at(pixel: vec2<i32>, stride: vec2<i32>, center: f32, wanted: f32, range: f32) -> Axis {
     var read = 0u;
     var reach = wanted;
     while reach >= 1.0 {
@@ -58,8 +63,8 @@ fn axis_at(pixel: i32, stride: i32, center: f32, wanted: f32, range: f32) -> Axi
         let part = fract(reach);
         // Not beyond the border where nothing is taken from there.
         let outer = inner + select(0, 1, part > 0.0);
-        let near = vec2(source[pixel + inner * stride], source[pixel - inner * stride]);
-        let far = vec2(source[pixel + outer * stride], source[pixel - outer * stride]);
+        let near = vec2(key_at(pixel + inner * stride), key_at(pixel - inner * stride));
+        let far = vec2(key_at(pixel + outer * stride), key_at(pixel - outer * stride));
         read += 4u;
         if !is_gap(min(min(near.x, near.y), min(far.x, far.y))) {
             let sides = mix(near, far, part);
@@ -80,24 +85,28 @@ fn axis_at(pixel: i32, stride: i32, center: f32, wanted: f32, range: f32) -> Axi
     return Axis(0.0, 0.0, 0.0, center, center, read);
 }
 
-// Gives the number of samples read besides the pixel's own.
-fn flow_pixel(id: vec2<u32>) -> u32 {
-    let width = i32(camera.size_px.x);
-    let pixel = i32(id.y) * width + i32(id.x);
-    let center = source[pixel];
-    write(pixel, center);
+// A key that has flowed.
+struct Flowed {
+    key: f32,
+    // Samples read besides the pixel's own.
+    taps: u32,
+}
+
+fn flow_pixel(id: vec2<u32>) -> Flowed {
+    let pixel = vec2<i32>(id);
+    let center = key_at(pixel);
     let d = distance_of(camera, center);
-    let r = radius[pixel];
+    let r = textureLoad(front, pixel, 0).y;
     let sigma_px = sigma_in_px(camera, flow.sigma_spacings * flow.spacing_per_radius, d, r);
     let wished = flow.share * sigma_px * sigma_px;
     if wished < LEAST_VARIANCE_PX {
-        return 0u;
+        return Flowed(center, 0u);
     }
     let range = max(flow.range_radii * r * key_per_distance(camera, center), 1e-30);
     let wanted = max(2.0 * sqrt(wished), 1.0);
     let room = vec2<f32>(min(id, camera.size_px - 1u - id));
-    let x = axis_at(pixel, 1, center, min(wanted, room.x), range);
-    let y = axis_at(pixel, width, center, min(wanted, room.y), range);
+    let x = axis_at(pixel, vec2(1, 0), center, min(wanted, room.x), range);
+    let y = axis_at(pixel, vec2(0, 1), center, min(wanted, room.y), range);
     var read = x.read + y.read;
     var least = min(min(x.least, y.least), center);
     var greatest = max(max(x.greatest, y.greatest), center);
@@ -111,16 +120,16 @@ fn flow_pixel(id: vec2<u32>) -> u32 {
     }
     var mixed = 0.0;
     if x.reach > 0.0 && y.reach > 0.0 {
-        let across = i32(x.reach);
-        let down = i32(y.reach) * width;
-        let falling = vec2(source[pixel + down + across], source[pixel - down - across]);
-        let rising = vec2(source[pixel + down - across], source[pixel - down + across]);
+        let fall = vec2<i32>(vec2(x.reach, y.reach));
+        let rise = fall * vec2(1, -1);
+        let falling = vec2(key_at(pixel + fall), key_at(pixel - fall));
+        let rising = vec2(key_at(pixel - rise), key_at(pixel + rise));
         read += 4u;
         if !is_gap(min(min(falling.x, falling.y), min(rising.x, rising.y))) {
             let twist = (falling.x - rising.x) + (falling.y - rising.y);
             if abs(twist) < range {
                 let kept = min(2.0 - 2.0 * abs(twist) / range, 1.0);
-                mixed = kept * 0.25 * twist / f32(across * i32(y.reach));
+                mixed = kept * 0.25 * twist / f32(fall.x * fall.y);
             }
         }
     }
@@ -133,23 +142,21 @@ fn flow_pixel(id: vec2<u32>) -> u32 {
     let bending = (1.0 + q * q) * x.second + (1.0 + p * p) * y.second - 2.0 * p * q * mixed;
     let moved = center + 0.5 * variance * bending / (1.0 + p * p + q * q);
     // A flow makes no new extremes; the mixed difference alone could.
-    write(pixel, clamp(moved, least, greatest));
-    return read;
-}
-
-fn write(pixel: i32, key: f32) {
-#ifdef LAST
-    smoothed[pixel] = distance_of(camera, key);
-#else
-    smoothed[pixel] = key;
-#endif
+    return Flowed(clamp(moved, least, greatest), read);
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     var taps = 0u;
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
-        taps += flow_pixel(unpack_pixel(covered.packed[i]));
+        let pixel = unpack_pixel(covered.packed[i]);
+        let found = flow_pixel(pixel);
+#ifdef LAST
+        textureStore(smoothed, pixel, vec4(distance_of(camera, found.key)));
+#else
+        textureStore(smoothed, pixel, vec4(found.key));
+#endif
+        taps += found.taps;
     }
     count(taps);
 }

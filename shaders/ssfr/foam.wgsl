@@ -23,7 +23,7 @@ struct Foam {
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> foam: Foam;
 @group(0) @binding(2) var<storage, read> drops: array<FoamDrop>;
-@group(0) @binding(3) var<storage, read> distances: array<f32>;
+@group(0) @binding(3) var distances: texture_2d<f32>;
 @group(0) @binding(4) var scene_distance: texture_2d<f32>;
 // In front, in the surface, behind, behind times depth in spacings; of each pixel.
 @group(0) @binding(5) var<storage, read_write> layers: array<atomic<u32>>;
@@ -73,7 +73,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
             }
             let amount = steps * inside * inside;
             let pixel = u32(y * (grid.last_px.x + 1) + x);
-            let distance = distances[pixel];
+            let distance = textureLoad(distances, vec2(x, y), 0).x;
             if is_empty(distance) {
                 add(4u * pixel, amount);
                 continue;

@@ -7,9 +7,10 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> smoothing: Smoothing;
-@group(0) @binding(2) var<storage, read> radius: array<f32>;
-@group(0) @binding(3) var<storage, read> source: array<f32>;
-@group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
+// Its y: radii.
+@group(0) @binding(2) var front: texture_2d<f32>;
+@group(0) @binding(3) var source: texture_2d<f32>;
+@group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 @group(0) @binding(5) var<storage, read> covered: CoveredPixels;
 
 struct Range {
@@ -27,17 +28,24 @@ fn accept(range: ptr<function, Range>, d: f32, delta: f32) -> bool {
     return is_same;
 }
 
-// Gives the number of samples read besides the pixel's own.
-fn smooth_pixel(id: vec2<u32>) -> u32 {
-    let width = i32(camera.size_px.x);
-    let pixel = i32(id.y) * width + i32(id.x);
-    let center = source[pixel];
-    smoothed[pixel] = center;
-    let r = radius[pixel];
+fn distance_at(pixel: vec2<i32>) -> f32 {
+    return textureLoad(source, pixel, 0).x;
+}
+
+// A smoothed distance.
+struct Smoothed {
+    distance: f32,
+    // Samples read besides the pixel's own.
+    taps: u32,
+}
+
+fn smooth_pixel(id: vec2<u32>) -> Smoothed {
+    let at = vec2<i32>(id);
+    let center = distance_at(at);
+    let r = textureLoad(front, at, 0).y;
     let delta = smoothing.range_radii * r;
     let clamped = center + smoothing.clamp_radii * r;
     let widths = sigmas(camera, smoothing, center, r);
-    let at = vec2<i32>(id);
     let last = vec2<i32>(camera.size_px) - 1;
     // Sums of differences to the centre: those of the distances themselves would be rounded ten times more coarsely.
     var total = 0.0;
@@ -56,9 +64,8 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
                 let side = vec2(ring, ring - i);
                 let offset = select(side, vec2(-side.y, side.x), turn == 1);
                 if all(at - abs(offset) >= vec2(0)) && all(at + abs(offset) <= last) {
-                    let step = offset.y * width + offset.x;
-                    let after = source[pixel + step];
-                    let before = source[pixel - step];
+                    let after = distance_at(at + offset);
+                    let before = distance_at(at - offset);
                     read += 2u;
                     if min(after, before) >= inner.low {
                         let weight = exp(falloff * f32(offset.x * offset.x + offset.y * offset.y));
@@ -82,15 +89,15 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
     let is_row = smoothing.direction.x == 1u;
     let place = select(at.y, at.x, is_row);
     let room = min(place, select(last.y, last.x, is_row) - place);
-    let stride = select(width, 1, is_row);
+    let stride = vec2<i32>(smoothing.direction);
     let sigma_px = widths.pass_px * WIDENED;
     let taps = taps_of(smoothing, max(sigma_px, LEAST_SIGMA_PX), room);
     var range_after = Range(center - delta, center + delta);
     var range_before = range_after;
     for (var k = 1; k <= taps.count; k++) {
         let offset = k * taps.step;
-        let after = source[pixel + offset * stride];
-        let before = source[pixel - offset * stride];
+        let after = distance_at(at + offset * stride);
+        let before = distance_at(at - offset * stride);
         read += 2u;
         // In front: another surface, which hides part of ours; its mirrored sample goes with it (3.2).
         if after >= range_after.low && before >= range_before.low {
@@ -102,17 +109,17 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
         }
     }
 #endif
-    if sigma_px >= LEAST_SIGMA_PX {
-        smoothed[pixel] = center + total / weights;
-    }
-    return read;
+    return Smoothed(select(center, center + total / weights, sigma_px >= LEAST_SIGMA_PX), read);
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     var taps = 0u;
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
-        taps += smooth_pixel(unpack_pixel(covered.packed[i]));
+        let pixel = unpack_pixel(covered.packed[i]);
+        let found = smooth_pixel(pixel);
+        textureStore(smoothed, pixel, vec4(found.distance));
+        taps += found.taps;
     }
     count(taps);
 }

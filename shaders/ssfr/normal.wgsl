@@ -6,9 +6,10 @@
 #import meniscus::surface::pack_normal
 
 @group(0) @binding(0) var<uniform> camera: Camera;
-@group(0) @binding(1) var<storage, read> distance: array<f32>;
-@group(0) @binding(2) var<storage, read> radius: array<f32>;
-@group(0) @binding(3) var<storage, read_write> normal: array<u32>;
+@group(0) @binding(1) var distance: texture_2d<f32>;
+// Its y: radii.
+@group(0) @binding(2) var front: texture_2d<f32>;
+@group(0) @binding(3) var normal: texture_storage_2d<r32uint, write>;
 @group(0) @binding(4) var<storage, read> covered: CoveredPixels;
 
 // Error, in radii, below which both sides count as the same surface and are averaged.
@@ -16,11 +17,11 @@ const NOISE_RADII: f32 = 0.02;
 // Smallest cosine between normal and direction to the eye.
 const GRAZING: f32 = 0.02;
 
-fn key_at(pixel: u32, is_inside: bool) -> f32 {
+fn key_at(pixel: vec2<i32>, is_inside: bool) -> f32 {
     if !is_inside {
         return GAP;
     }
-    return key_of(camera, distance[pixel]);
+    return key_of(camera, textureLoad(distance, pixel, 0).x);
 }
 
 struct Side {
@@ -40,9 +41,9 @@ fn side(center: f32, near: f32, far: f32, outward: f32, noise: f32) -> Side {
     return Side(outward * difference, 1.0 / (1.0 + fourth));
 }
 
-fn slope(center: f32, at: u32, last: u32, pixel: u32, stride: u32, noise: f32) -> f32 {
-    let after = side(center, key_at(pixel + stride, at < last), key_at(pixel + 2u * stride, at + 1u < last), 1.0, noise);
-    let before = side(center, key_at(pixel - stride, at > 0u), key_at(pixel - 2u * stride, at > 1u), -1.0, noise);
+fn slope(center: f32, at: i32, last: i32, pixel: vec2<i32>, stride: vec2<i32>, noise: f32) -> f32 {
+    let after = side(center, key_at(pixel + stride, at < last), key_at(pixel + 2 * stride, at + 1 < last), 1.0, noise);
+    let before = side(center, key_at(pixel - stride, at > 0), key_at(pixel - 2 * stride, at > 1), -1.0, noise);
     let weight = after.weight + before.weight;
     if weight <= 0.0 {
         return 0.0;
@@ -51,14 +52,16 @@ fn slope(center: f32, at: u32, last: u32, pixel: u32, stride: u32, noise: f32) -
 }
 
 fn normal_at(id: vec2<u32>) {
-    let pixel = id.y * camera.size_px.x + id.x;
-    let d = distance[pixel];
+    let pixel = vec2<i32>(id);
+    let d = textureLoad(distance, pixel, 0).x;
     let is_parallel = camera.orthographic != 0u;
-    let center = key_at(pixel, true);
-    let noise = max(NOISE_RADII * radius[pixel], 4e-7 * d) * key_per_distance(camera, center);
-    let last = camera.size_px - 1u;
-    let width = camera.size_px.x;
-    let per_px = vec2(slope(center, id.x, last.x, pixel, 1u, noise), slope(center, id.y, last.y, pixel, width, noise));
+    let center = key_of(camera, d);
+    let noise = max(NOISE_RADII * textureLoad(front, pixel, 0).y, 4e-7 * d) * key_per_distance(camera, center);
+    let last = vec2<i32>(camera.size_px) - 1;
+    let per_px = vec2(
+        slope(center, pixel.x, last.x, pixel, vec2(1, 0), noise),
+        slope(center, pixel.y, last.y, pixel, vec2(0, 1), noise),
+    );
     // Key per plane coordinate: tangents (perspective) or world units.
     let gradient = per_px / (2.0 * camera.half_extent / vec2<f32>(camera.size_px)) * vec2(1.0, -1.0);
     let ray = view_ray(camera, vec2<f32>(id) + 0.5);
@@ -74,7 +77,7 @@ fn normal_at(id: vec2<u32>) {
     if cosine < GRAZING {
         n = normalize(n + (GRAZING - cosine) * to_eye);
     }
-    normal[pixel] = pack_normal(n);
+    textureStore(normal, pixel, vec4(pack_normal(n)));
 }
 
 @compute @workgroup_size(64)

@@ -5,21 +5,21 @@
 #import meniscus::surface::NO_SURFACE
 
 @group(0) @binding(0) var<uniform> camera: Camera;
-@group(0) @binding(1) var<storage, read> distance: array<f32>;
-@group(0) @binding(2) var<storage, read_write> key: array<f32>;
-@group(0) @binding(3) var<storage, read_write> other: array<f32>;
+@group(0) @binding(1) var front: texture_2d<f32>;
+@group(0) @binding(2) var key: texture_storage_2d<r32float, write>;
+@group(0) @binding(3) var other: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= camera.size_px) {
         return;
     }
-    let pixel = id.y * camera.size_px.x + id.x;
+    let distance = textureLoad(front, id.xy, 0).x;
 #ifdef PAPER
-    let found = select(NO_SURFACE, distance[pixel], is_surface(distance[pixel]));
+    let found = select(NO_SURFACE, distance, is_surface(distance));
 #else
-    let found = key_of(camera, distance[pixel]);
+    let found = key_of(camera, distance);
 #endif
-    key[pixel] = found;
-    other[pixel] = found;
+    textureStore(key, id.xy, vec4(found));
+    textureStore(other, id.xy, vec4(found));
 }

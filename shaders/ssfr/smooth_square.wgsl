@@ -9,13 +9,14 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> smoothing: Smoothing;
-@group(0) @binding(2) var<storage, read> radius: array<f32>;
-// Distances before any pass; keys before this one.
-@group(0) @binding(3) var<storage, read> unfiltered: array<f32>;
-@group(0) @binding(4) var<storage, read> source: array<f32>;
-// With ADAPTIVE it holds the complexity until this pass writes it.
-@group(0) @binding(5) var<storage, read_write> distance: array<f32>;
-@group(0) @binding(6) var<storage, read> covered: CoveredPixels;
+// Distances before any pass, and radii; keys before this one.
+@group(0) @binding(2) var front: texture_2d<f32>;
+@group(0) @binding(3) var source: texture_2d<f32>;
+@group(0) @binding(4) var distance: texture_storage_2d<r32float, write>;
+@group(0) @binding(5) var<storage, read> covered: CoveredPixels;
+#ifdef ADAPTIVE
+@group(0) @binding(6) var<storage, read> complexity: array<f32>;
+#endif
 
 fn add(sum: ptr<function, Pair>, rule: Rule, after: f32, before: f32, rise: f32, weight: f32) {
     let added = pair(rule, after - rule.center - rise, before - rule.center + rise);
@@ -23,24 +24,30 @@ fn add(sum: ptr<function, Pair>, rule: Rule, after: f32, before: f32, rise: f32,
     (*sum).weight += weight * added.weight;
 }
 
-// Gives the number of samples read besides the pixel's own.
-fn smooth_pixel(id: vec2<u32>) -> u32 {
-    let width = i32(camera.size_px.x);
-    let pixel = i32(id.y) * width + i32(id.x);
-    let center = source[pixel];
+fn key_at(pixel: vec2<i32>) -> f32 {
+    return textureLoad(source, pixel, 0).x;
+}
+
+// A smoothed key.
+struct Smoothed {
+    key: f32,
+    // Samples read besides the pixel's own.
+    taps: u32,
+}
+
+fn smooth_pixel(id: vec2<u32>) -> Smoothed {
+    let pixel = vec2<i32>(id);
+    let center = key_at(pixel);
     let d = distance_of(camera, center);
-#ifdef ADAPTIVE
-    let complexity = distance[pixel];
-#endif
-    distance[pixel] = d;
     let room = min(id, camera.size_px - 1u - id);
     if min(room.x, room.y) < 2u {
-        return 0u;
+        return Smoothed(center, 0u);
     }
-    let r = radius[pixel];
+    let original = textureLoad(front, pixel, 0).xy;
+    let r = original.y;
     let sigma_px = sigmas(camera, smoothing, d, r).square_px;
     if sigma_px < LEAST_SIGMA_PX {
-        return 0u;
+        return Smoothed(center, 0u);
     }
     // Weights at distances whose squares are 1, 2, 4, 5 and 8.
     let w1 = exp(-0.5 / (sigma_px * sigma_px));
@@ -48,10 +55,10 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
     let w4 = w2 * w2;
     let w5 = w4 * w1;
     let w8 = w4 * w4;
-    let left = source[pixel - 1];
-    let right = source[pixel + 1];
-    let above = source[pixel - width];
-    let below = source[pixel + width];
+    let left = key_at(pixel - vec2(1, 0));
+    let right = key_at(pixel + vec2(1, 0));
+    let above = key_at(pixel - vec2(0, 1));
+    let below = key_at(pixel + vec2(0, 1));
 #ifdef GAUSSIAN
     let gx = 0.0;
     let gy = 0.0;
@@ -59,32 +66,34 @@ fn smooth_pixel(id: vec2<u32>) -> u32 {
     let gx = smaller_step(right, center, left);
     let gy = smaller_step(below, center, above);
 #endif
-    var rule = rule_at(camera, smoothing, center, d, unfiltered[pixel], r);
+    var rule = rule_at(camera, smoothing, center, d, original.x, r);
 #ifdef ADAPTIVE
-    rule.complexity = complexity;
+    rule.complexity = complexity[id.y * camera.size_px.x + id.x];
 #endif
     var sum = Pair(0.0, 0.0);
     add(&sum, rule, right, left, gx, w1);
     add(&sum, rule, below, above, gy, w1);
-    add(&sum, rule, source[pixel + 1 + width], source[pixel - 1 - width], gx + gy, w2);
-    add(&sum, rule, source[pixel + 1 - width], source[pixel - 1 + width], gx - gy, w2);
-    add(&sum, rule, source[pixel + 2], source[pixel - 2], 2.0 * gx, w4);
-    add(&sum, rule, source[pixel + 2 * width], source[pixel - 2 * width], 2.0 * gy, w4);
-    add(&sum, rule, source[pixel + 2 + width], source[pixel - 2 - width], 2.0 * gx + gy, w5);
-    add(&sum, rule, source[pixel + 2 - width], source[pixel - 2 + width], 2.0 * gx - gy, w5);
-    add(&sum, rule, source[pixel + 1 + 2 * width], source[pixel - 1 - 2 * width], gx + 2.0 * gy, w5);
-    add(&sum, rule, source[pixel + 1 - 2 * width], source[pixel - 1 + 2 * width], gx - 2.0 * gy, w5);
-    add(&sum, rule, source[pixel + 2 + 2 * width], source[pixel - 2 - 2 * width], 2.0 * (gx + gy), w8);
-    add(&sum, rule, source[pixel + 2 - 2 * width], source[pixel - 2 + 2 * width], 2.0 * (gx - gy), w8);
-    distance[pixel] = distance_of(camera, smoothed_key(rule, sum));
-    return 24u;
+    add(&sum, rule, key_at(pixel + vec2(1, 1)), key_at(pixel - vec2(1, 1)), gx + gy, w2);
+    add(&sum, rule, key_at(pixel + vec2(1, -1)), key_at(pixel - vec2(1, -1)), gx - gy, w2);
+    add(&sum, rule, key_at(pixel + vec2(2, 0)), key_at(pixel - vec2(2, 0)), 2.0 * gx, w4);
+    add(&sum, rule, key_at(pixel + vec2(0, 2)), key_at(pixel - vec2(0, 2)), 2.0 * gy, w4);
+    add(&sum, rule, key_at(pixel + vec2(2, 1)), key_at(pixel - vec2(2, 1)), 2.0 * gx + gy, w5);
+    add(&sum, rule, key_at(pixel + vec2(2, -1)), key_at(pixel - vec2(2, -1)), 2.0 * gx - gy, w5);
+    add(&sum, rule, key_at(pixel + vec2(1, 2)), key_at(pixel - vec2(1, 2)), gx + 2.0 * gy, w5);
+    add(&sum, rule, key_at(pixel + vec2(1, -2)), key_at(pixel - vec2(1, -2)), gx - 2.0 * gy, w5);
+    add(&sum, rule, key_at(pixel + vec2(2, 2)), key_at(pixel - vec2(2, 2)), 2.0 * (gx + gy), w8);
+    add(&sum, rule, key_at(pixel + vec2(2, -2)), key_at(pixel - vec2(2, -2)), 2.0 * (gx - gy), w8);
+    return Smoothed(smoothed_key(rule, sum), 24u);
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     var taps = 0u;
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
-        taps += smooth_pixel(unpack_pixel(covered.packed[i]));
+        let pixel = unpack_pixel(covered.packed[i]);
+        let found = smooth_pixel(pixel);
+        textureStore(distance, pixel, vec4(distance_of(camera, found.key)));
+        taps += found.taps;
     }
     count(taps);
 }

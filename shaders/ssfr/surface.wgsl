@@ -1,11 +1,11 @@
 // Turns the depth image into distances and lists the pixels that show fluid; the others get the values that stand for "no
-// surface" in every image. Fills the radius image where every splat has the same radius.
+// surface" in every image.
 #import meniscus::camera::Camera
 #import meniscus::covered::pack_pixel
 #import meniscus::surface::NO_SURFACE
 
 struct Surface {
-    // The radius of every splat; 0: the radius image is filled by the radius pass.
+    // The radius of every splat; 0: the radius pass found that of the visible ones.
     uniform_radius_world: f32,
 }
 
@@ -19,11 +19,12 @@ struct Filling {
 @group(0) @binding(1) var<uniform> surface: Surface;
 @group(0) @binding(2) var scene_distance: texture_2d<f32>;
 @group(0) @binding(3) var<storage, read> nearest: array<f32>;
-@group(0) @binding(4) var<storage, read_write> unfiltered: array<f32>;
-@group(0) @binding(5) var<storage, read_write> radius: array<f32>;
-@group(0) @binding(6) var<storage, read_write> distance: array<f32>;
-@group(0) @binding(7) var<storage, read_write> length_world: array<f32>;
-@group(0) @binding(8) var<storage, read_write> normal: array<u32>;
+// Of the radius pass, where there was one.
+@group(0) @binding(4) var<storage, read> radius: array<f32>;
+@group(0) @binding(5) var front: texture_storage_2d<rg32float, write>;
+@group(0) @binding(6) var distance: texture_storage_2d<r32float, write>;
+@group(0) @binding(7) var length_world: texture_storage_2d<r32float, write>;
+@group(0) @binding(8) var normal: texture_storage_2d<r32uint, write>;
 @group(0) @binding(9) var<storage, read_write> covered: Filling;
 
 @compute @workgroup_size(64, 1)
@@ -34,16 +35,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let pixel = id.y * camera.size_px.x + id.x;
     let found = nearest[pixel];
     if found < textureLoad(scene_distance, id.xy, 0).x {
-        unfiltered[pixel] = found;
-        if surface.uniform_radius_world > 0.0 {
-            radius[pixel] = surface.uniform_radius_world;
+        var radius_world = surface.uniform_radius_world;
+        if radius_world <= 0.0 {
+            radius_world = radius[pixel];
         }
+        textureStore(front, id.xy, vec4(found, radius_world, 0.0, 0.0));
         covered.packed[atomicAdd(&covered.count, 1u)] = pack_pixel(id.xy);
     } else {
-        unfiltered[pixel] = NO_SURFACE;
-        distance[pixel] = NO_SURFACE;
-        radius[pixel] = 0.0;
-        length_world[pixel] = 0.0;
-        normal[pixel] = 0u;
+        textureStore(front, id.xy, vec4(NO_SURFACE, 0.0, 0.0, 0.0));
+        textureStore(distance, id.xy, vec4(NO_SURFACE));
+        textureStore(length_world, id.xy, vec4(0.0));
+        textureStore(normal, id.xy, vec4(0u));
     }
 }

@@ -16,5 +16,19 @@ struct Thickness {
     pad: f32,
 }
 
+// What a block of the picture tells the smoothing, in the texels of the reduced surface.
+struct Block {
+    // Nearest surface.
+    nearest: f32,
+    // Part that shows fluid, of what the scene does not hide.
+    covered: f32,
+    // Standard deviation of the smoothing in blocks; 0 where there is no surface.
+    sigma: f32,
+}
+
+fn block_of(texel: vec4<f32>) -> Block {
+    return Block(texel.x, texel.y, texel.z);
+}
+
 // From here on a sum takes no more: half of the range, so that additions in flight never wrap.
 const SATURATED: u32 = 0x80000000u;

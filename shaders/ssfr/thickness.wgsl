@@ -15,6 +15,8 @@
 @group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
 #endif
 @group(0) @binding(4) var<storage, read> ranges: array<KeptRange>;
+// Farthest the fluid is seen in a block. A buffer: few lanes of a software driver get here at a time, and it would read a texel
+// for all of them.
 @group(0) @binding(5) var<storage, read> limit: array<f32>;
 @group(0) @binding(6) var<storage, read_write> sum: array<atomic<u32>>;
 

@@ -6,17 +6,11 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> thickness: Thickness;
 @group(0) @binding(2) var scene_distance: texture_2d<f32>;
-@group(0) @binding(3) var<storage, read> distance: array<f32>;
-@group(0) @binding(4) var<storage, read> radius: array<f32>;
+@group(0) @binding(3) var front: texture_2d<f32>;
+@group(0) @binding(4) var reduced: texture_storage_2d<rgba32float, write>;
 // Farthest the fluid is seen in a block.
 @group(0) @binding(5) var<storage, read_write> limit: array<f32>;
-// Nearest surface in a block.
-@group(0) @binding(6) var<storage, read_write> nearest: array<f32>;
-// Part of a block that shows fluid, of what the scene does not hide.
-@group(0) @binding(7) var<storage, read_write> covered: array<f32>;
-// Standard deviation of the smoothing in blocks; 0 where there is no surface.
-@group(0) @binding(8) var<storage, read_write> sigma: array<f32>;
-@group(0) @binding(9) var<storage, read_write> sum: array<u32>;
+@group(0) @binding(6) var<storage, read_write> sum: array<u32>;
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -30,7 +24,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var y = first.y; y < end.y; y++) {
         for (var x = first.x; x < end.x; x++) {
             farthest = max(farthest, textureLoad(scene_distance, vec2(x, y), 0).x);
-            surface = min(surface, distance[y * camera.size_px.x + x]);
+            surface = min(surface, textureLoad(front, vec2(x, y), 0).x);
         }
     }
     var fluid = 0.0;
@@ -39,19 +33,20 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if !is_empty(surface) {
         for (var y = first.y; y < end.y; y++) {
             for (var x = first.x; x < end.x; x++) {
-                widest = max(widest, radius[y * camera.size_px.x + x]);
-                let is_fluid = !is_empty(distance[y * camera.size_px.x + x]);
+                let own = textureLoad(front, vec2(x, y), 0);
+                widest = max(widest, own.y);
+                let is_fluid = !is_empty(own.x);
                 let is_open = is_fluid || textureLoad(scene_distance, vec2(x, y), 0).x > surface;
                 fluid += f32(is_fluid);
                 open += f32(is_open);
             }
         }
     }
+    let spacing_px = widest * thickness.spacing_per_radius * px_per_world(camera, surface) / f32(thickness.scale);
+    // As `block_of` reads it.
+    let block = vec4(surface, fluid / max(open, 1.0), thickness.sigma_spacings * spacing_px, 0.0);
+    textureStore(reduced, id.xy, block);
     let pixel = id.y * thickness.size_px.x + id.x;
     limit[pixel] = farthest;
-    nearest[pixel] = surface;
-    covered[pixel] = fluid / max(open, 1.0);
-    let spacing_px = widest * thickness.spacing_per_radius * px_per_world(camera, surface) / f32(thickness.scale);
-    sigma[pixel] = thickness.sigma_spacings * spacing_px;
     sum[pixel] = 0u;
 }

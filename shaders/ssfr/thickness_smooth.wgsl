@@ -1,17 +1,12 @@
 // One direction of the Gaussian over the reduced thickness, for the thickness and its coverage alike; their quotient is
-// the mean over what is covered, without a dark seam at silhouettes. FIRST: from the sums, else from the first's output.
-#import meniscus::thickness::{Thickness, SATURATED}
+// the mean over what is covered, without a dark seam at silhouettes. COLUMNS: along columns, else along rows.
+#import meniscus::thickness::{Thickness, block_of}
 
 @group(0) @binding(0) var<uniform> thickness: Thickness;
-@group(0) @binding(1) var<storage, read> sigma: array<f32>;
-#ifdef FIRST
-@group(0) @binding(2) var<storage, read> covered: array<f32>;
-@group(0) @binding(3) var<storage, read> sum: array<u32>;
-#else
-@group(0) @binding(2) var<storage, read> rows: array<vec2<f32>>;
-#endif
-// Thickness and coverage, smoothed.
-@group(0) @binding(4) var<storage, read_write> smoothed: array<vec2<f32>>;
+@group(0) @binding(1) var reduced: texture_2d<f32>;
+// Thickness and coverage, before and after.
+@group(0) @binding(2) var source: texture_2d<f32>;
+@group(0) @binding(3) var smoothed: texture_storage_2d<rg32float, write>;
 
 // Beyond this many taps to a side they are spread out, evenly: at 24 the gaps are a sixth of the radius of the splats, which
 // hold nothing finer. Uneven gaps would leave ripples.
@@ -19,27 +14,20 @@ const MAX_TAPS: f32 = 24.0;
 // Where the Gaussian ends, in standard deviations.
 const REACH: f32 = 2.5;
 
-fn value(pixel: u32) -> vec2<f32> {
-#ifdef FIRST
-    return vec2(f32(min(sum[pixel], SATURATED)) * thickness.world_per_step, covered[pixel]);
-#else
-    return rows[pixel];
-#endif
+fn sigma_of(at: vec2<i32>) -> f32 {
+    return block_of(textureLoad(reduced, at, 0)).sigma;
 }
 
 // Blocks next to the surface hold what small splats left outside; they are smoothed like the surface beside them.
-fn sigma_at(at: vec2<i32>, pixel: u32) -> f32 {
-    let own = sigma[pixel];
+fn sigma_at(at: vec2<i32>, last: vec2<i32>) -> f32 {
+    let own = sigma_of(at);
     if own > 0.0 {
         return own;
     }
-    let width = thickness.size_px.x;
-    let last = vec2<i32>(thickness.size_px) - 1;
-    let left = sigma[select(pixel, pixel - 1u, at.x > 0)];
-    let right = sigma[select(pixel, pixel + 1u, at.x < last.x)];
-    let above = sigma[select(pixel, pixel - width, at.y > 0)];
-    let below = sigma[select(pixel, pixel + width, at.y < last.y)];
-    return max(max(left, right), max(above, below));
+    let low = max(at - 1, vec2(0));
+    let high = min(at + 1, last);
+    let beside = max(sigma_of(vec2(low.x, at.y)), sigma_of(vec2(high.x, at.y)));
+    return max(beside, max(sigma_of(vec2(at.x, low.y)), sigma_of(vec2(at.x, high.y))));
 }
 
 @compute @workgroup_size(64, 1)
@@ -47,20 +35,18 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= thickness.size_px) {
         return;
     }
-    let pixel = id.y * thickness.size_px.x + id.x;
     let at = vec2<i32>(id.xy);
-    var total = value(pixel);
-    let sigma_px = sigma_at(at, pixel);
+    let last = vec2<i32>(thickness.size_px) - 1;
+    var total = textureLoad(source, at, 0).xy;
+    let sigma_px = sigma_at(at, last);
     if sigma_px > 0.0 {
-#ifdef FIRST
-        let place = at.x;
-        let last = i32(thickness.size_px.x) - 1;
-        let stride = 1;
+#ifdef COLUMNS
+        let direction = vec2(0, 1);
 #else
-        let place = at.y;
-        let last = i32(thickness.size_px.y) - 1;
-        let stride = i32(thickness.size_px.x);
+        let direction = vec2(1, 0);
 #endif
+        let place = dot(at, direction);
+        let end = dot(last, direction);
         let reach_px = REACH * sigma_px;
         let step = max(1, i32(ceil(reach_px / MAX_TAPS)));
         let taps = i32(ceil(reach_px / f32(step)));
@@ -69,12 +55,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             let offset = k * step;
             let weight = exp(falloff * f32(offset * offset));
             if place >= offset {
-                total += weight * value(u32(i32(pixel) - offset * stride));
+                total += weight * textureLoad(source, at - offset * direction, 0).xy;
             }
-            if place + offset <= last {
-                total += weight * value(u32(i32(pixel) + offset * stride));
+            if place + offset <= end {
+                total += weight * textureLoad(source, at + offset * direction, 0).xy;
             }
         }
     }
-    smoothed[pixel] = total;
+    textureStore(smoothed, at, vec4(total, 0.0, 0.0));
 }

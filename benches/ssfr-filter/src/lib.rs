@@ -16,8 +16,9 @@
 
 use bench_views::{GpuTime, Stage, View};
 use criterion::Criterion;
-use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder};
+use meniscus_gpu::role::{EyeDistance, FilterStep, FrontSphere, NO_SURFACE, Scratch};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture};
+use meniscus_ssfr::filter::scratch_len;
 use meniscus_ssfr::{FilterChoice, FilterImages, FilterRegistry, SurfaceFilter};
 
 /// Bytes per covered pixel that no filter can do without: its index, distance and radius are read, its distance written.
@@ -51,11 +52,11 @@ pub fn main(stage: &'static str, registry: &FilterRegistry) {
 /// Images of a view as the splats leave them.
 struct Surface {
     camera: CameraUniform,
-    source: Image<EyeDistance>,
-    radius: Image<EffectiveRadius>,
-    target: Image<EyeDistance>,
+    front: Texture<FrontSphere>,
+    target: Texture<EyeDistance>,
     covered: Buffer<Scratch>,
-    scratch: [Image<Scratch>; 2],
+    steps: [Texture<FilterStep>; 2],
+    scratch: [Buffer<Scratch>; 2],
     spacing_per_radius: f32,
 }
 
@@ -67,15 +68,16 @@ impl Surface {
         let covered: Vec<u32> =
             (0..size[0] * size[1]).filter(is_fluid).map(|i| (i % size[0]) | ((i / size[0]) << 16)).collect();
         let covered = [&[covered.len() as u32][..], &covered].concat();
-        let radius: Vec<f32> =
-            distance.iter().map(|&d| if d < NO_SURFACE { space.radius as f32 } else { 0.0 }).collect();
-        let scratch = || Image::new(gpu, size).expect("an image of the picture's size");
+        let sphere = |d: &f32| [*d, if *d < NO_SURFACE { space.radius as f32 } else { 0.0 }];
+        let front: Vec<_> = distance.iter().map(sphere).collect();
+        let step = || Texture::new(gpu, size).expect("a texture of the picture's size");
+        let scratch = || Buffer::new(gpu, scratch_len(size)).expect("a buffer of the picture's size");
         Self {
             camera: CameraUniform::new(&view.camera(), size),
-            source: Image::from_pixels(gpu, size, &distance).expect("the distance image"),
-            radius: Image::from_pixels(gpu, size, &radius).expect("the radius image"),
-            target: Image::from_pixels(gpu, size, &vec![NO_SURFACE; distance.len()]).expect("the result"),
+            front: Texture::from_texels(gpu, size, &front).expect("the nearest spheres"),
+            target: Texture::from_texels(gpu, size, &vec![NO_SURFACE; distance.len()]).expect("the result"),
             covered: Buffer::from_slice(gpu, &covered).expect("the list of covered pixels"),
+            steps: [step(), step()],
             scratch: [scratch(), scratch()],
             spacing_per_radius: (space.spacing / space.radius) as f32,
         }
@@ -89,10 +91,10 @@ impl Surface {
     fn record(&self, filter: &dyn SurfaceFilter, recorder: &mut Recorder, gpu: &Gpu) {
         let camera = recorder.uniform(&self.camera);
         let images = FilterImages {
-            source: &self.source,
-            radius: &self.radius,
+            front: &self.front,
             target: &self.target,
             covered: &self.covered,
+            steps: [&self.steps[0], &self.steps[1]],
             scratch: [&self.scratch[0], &self.scratch[1]],
             spacing_per_radius: self.spacing_per_radius,
         };

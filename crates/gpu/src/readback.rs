@@ -99,13 +99,13 @@ impl<R: Role> Image<R> {
 }
 
 impl<R: TextureRole> Texture<R> {
-    /// Waits for the GPU and copies the texels to the host, row by row from the top left without padding.
+    /// Waits for the GPU and copies the texels to the host, row by row from the top left.
     ///
     /// # Errors
     /// [`GpuError::Driver`] when the device is lost or out of memory.
-    pub fn read(&self, gpu: &Gpu) -> Result<Vec<u8>, GpuError> {
+    pub fn read(&self, gpu: &Gpu) -> Result<Vec<R::Texel>, GpuError> {
         let [width, height] = self.size();
-        let row = width * R::FORMAT.block_copy_size(None).unwrap_or(4);
+        let row = width * size_of::<R::Texel>() as u32;
         let padded = row.next_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT);
         let layout =
             wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row: Some(padded), rows_per_image: None };
@@ -119,8 +119,7 @@ impl<R: TextureRole> Texture<R> {
             },
             |read| {
                 read.chunks_exact(padded as usize)
-                    .flat_map(|texels| &texels[..row as usize])
-                    .copied()
+                    .flat_map(|texels| bytemuck::pod_collect_to_vec(&texels[..row as usize]))
                     .collect()
             },
         )

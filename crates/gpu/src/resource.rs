@@ -212,7 +212,7 @@ impl<R: Role> Image<R> {
     }
 }
 
-/// A texture: raster target and read in compute passes with `textureLoad`.
+/// A texture: raster target, written by compute passes with `textureStore` and read with `textureLoad`.
 #[derive(Debug)]
 pub struct Texture<R: TextureRole> {
     pub(crate) raw: wgpu::Texture,
@@ -262,19 +262,28 @@ impl<R: TextureRole> Texture<R> {
         Ok(Self { raw, view, size, _accounted: Accounted::new(gpu, bytes), role: PhantomData })
     }
 
-    /// Replaces all texels; `bytes` holds them row by row without padding.
+    /// A texture with the given texels, row by row.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
     ///
     /// # Panics
-    /// If `bytes` has the wrong length.
-    pub fn write(&self, gpu: &Gpu, bytes: &[u8]) {
-        let texel = R::FORMAT.block_copy_size(None).unwrap_or(4);
-        assert_eq!(
-            bytes.len(),
-            (self.size[0] * self.size[1] * texel) as usize,
-            "bytes of a {:?} {}",
-            self.size,
-            R::NAME
-        );
+    /// If `texels` is not `width * height` long.
+    pub fn from_texels(gpu: &Gpu, size: [u32; 2], texels: &[R::Texel]) -> Result<Self, GpuError> {
+        let texture = Self::new(gpu, size)?;
+        texture.write(gpu, texels);
+        Ok(texture)
+    }
+
+    /// Replaces all texels, row by row.
+    ///
+    /// # Panics
+    /// If `texels` is not `width * height` long.
+    pub fn write(&self, gpu: &Gpu, texels: &[R::Texel]) {
+        let count = self.size[0] as usize * self.size[1] as usize;
+        assert_eq!(texels.len(), count, "texels of a {:?} {}", self.size, R::NAME);
+        let texel = size_of::<R::Texel>() as u32;
+        let bytes: &[u8] = bytemuck::cast_slice(texels);
         gpu.work.add(|work| *work.uploaded.entry(R::NAME).or_default() += bytes.len() as u64);
         gpu.queue.write_texture(
             self.raw.as_image_copy(),

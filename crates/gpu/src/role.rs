@@ -2,6 +2,7 @@
 //! return roles.
 
 use bytemuck::{Pod, Zeroable};
+use half::f16;
 
 /// Meaning of a storage buffer's or storage image's elements.
 pub trait Role: 'static {
@@ -17,6 +18,8 @@ pub trait Role: 'static {
 
 /// Meaning of a texture's texels.
 pub trait TextureRole: 'static {
+    /// A texel on the host.
+    type Texel: Pod;
     /// Texel format.
     const FORMAT: wgpu::TextureFormat;
     /// Name in messages and debug labels.
@@ -60,14 +63,6 @@ roles! {
     FoamLayers: [u32; 4], unit "optical depth in fixed point", empty [0; 4];
     /// One attribute value per particle of a page, in the page's order.
     AttributeValues: f32, unit "the attribute's own", empty 0.0;
-    /// Distance of the nearest surface along the view axis; (0, MAX), MAX = no surface.
-    EyeDistance: f32, unit "world units along the view axis", empty NO_SURFACE;
-    /// Drawn radius of the particle that is visible in a pixel; 0 = none.
-    EffectiveRadius: f32, unit "world units", empty 0.0;
-    /// Length of fluid along the view ray up to the opaque scene; [0, inf).
-    Thickness: f32, unit "world units along the ray", empty 0.0;
-    /// Unit normal in view space, octahedral in two snorm16; bits 0 = straight at the viewer.
-    ViewNormal: u32, unit "view space, octahedral 2 x snorm16", empty 0;
     /// Colours of a scale from its start to its end, linear Rec. 709.
     ColorTable: [f32; 4], unit "linear, 0 to 1", empty [0.0; 4];
     /// Colour that an attribute gives the surface, linear Rec. 709; alpha = how much of the surface's own colour it replaces.
@@ -81,11 +76,12 @@ roles! {
 }
 
 macro_rules! texture_roles {
-    ($($(#[$doc:meta])* $name:ident: $format:ident, unit $unit:literal;)*) => {$(
+    ($($(#[$doc:meta])* $name:ident: $format:ident as $texel:ty, unit $unit:literal;)*) => {$(
         $(#[$doc])*
         #[derive(Clone, Copy, Debug)]
         pub enum $name {}
         impl TextureRole for $name {
+            type Texel = $texel;
             const FORMAT: wgpu::TextureFormat = wgpu::TextureFormat::$format;
             const NAME: &'static str = stringify!($name);
             const UNIT: &'static str = $unit;
@@ -94,18 +90,32 @@ macro_rules! texture_roles {
 }
 
 texture_roles! {
+    /// The nearest sphere: its distance along the view axis, (0, MAX), MAX = none; its drawn radius, 0 = none.
+    FrontSphere: Rg32Float as [f32; 2], unit "world units along the view axis, world units";
+    /// Distance of the nearest surface along the view axis; (0, MAX), MAX = no surface.
+    EyeDistance: R32Float as f32, unit "world units along the view axis";
+    /// Length of fluid along the view ray up to the opaque scene; [0, inf), 0 = none.
+    Thickness: R32Float as f32, unit "world units along the ray";
+    /// Unit normal in view space, octahedral in two snorm16; bits 0 = straight at the viewer.
+    ViewNormal: R32Uint as u32, unit "view space, octahedral 2 x snorm16";
+    /// What a pass of a filter leaves for the next one.
+    FilterStep: R32Float as f32, unit "private";
+    /// What a block of the picture tells the smoothing of the thickness: WGSL `meniscus::thickness::Block`.
+    ReducedSurface: Rgba32Float as [f32; 4], unit "private";
+    /// Thickness at reduced size, times and beside the part of a block that it covers.
+    ReducedThickness: Rg32Float as [f32; 2], unit "world units along the ray, 0 to 1";
     /// Lit opaque scene.
-    SceneColor: Rgba16Float, unit "linear radiance, Rec. 709";
+    SceneColor: Rgba16Float as [f16; 4], unit "linear radiance, Rec. 709";
     /// Distance of the opaque scene along the view axis; MAX = sky.
-    SceneDistance: R32Float, unit "world units along the view axis";
+    SceneDistance: R32Float as f32, unit "world units along the view axis";
     /// The pixels of [`Radiance`], folded into rows of a fixed length ([`crate::Recorder::copy_to_texture`]).
-    RadianceTexels: Rgba32Float, unit "linear, relative";
+    RadianceTexels: Rgba32Float as [f32; 4], unit "linear, relative";
     /// Brightness of four neighbours in a row of the picture, a byte each; folded as above.
-    LumaTexels: R32Uint, unit "4 x 8 bits";
+    LumaTexels: R32Uint as u32, unit "4 x 8 bits";
     /// A level of the pyramid that bloom is made of.
-    BloomLevel: Rgba16Float, unit "linear radiance, exposed, Rec. 709";
+    BloomLevel: Rgba16Float as [f16; 4], unit "linear radiance, exposed, Rec. 709";
     /// Depth attachment of the opaque scene, reversed z.
-    SceneDepth: Depth32Float, unit "reversed clip z";
+    SceneDepth: Depth32Float as f32, unit "reversed clip z";
 }
 
 /// A particle as the GPU reads it: 16 bytes, one aligned load.
@@ -130,7 +140,7 @@ impl PackedParticle {
 
     /// A particle with `relative` times the set's own radius, >= 0.
     pub fn sized(position_world: [f32; 3], hash: u16, relative: f32) -> Self {
-        let bits = u32::from(half::f16::from_f32(relative).to_bits());
+        let bits = u32::from(f16::from_f32(relative).to_bits());
         Self { position_world, packed: bits << 16 | u32::from(hash) }
     }
 
@@ -207,18 +217,18 @@ impl FoamDrop {
 
     /// A drop of this radius in spacings and optical depth at its centre.
     pub fn new(center_world: [f32; 3], radius_spacings: f32, optical_depth: f32) -> Self {
-        let half = |value: f32| u32::from(half::f16::from_f32(value).to_bits());
+        let half = |value: f32| u32::from(f16::from_f32(value).to_bits());
         Self { center_world, packed: half(radius_spacings) << 16 | half(optical_depth) }
     }
 
     /// Radius in spacings.
     pub fn radius_spacings(&self) -> f32 {
-        half::f16::from_bits((self.packed >> 16) as u16).to_f32()
+        f16::from_bits((self.packed >> 16) as u16).to_f32()
     }
 
     /// Optical depth along a line through the centre.
     pub fn optical_depth(&self) -> f32 {
-        half::f16::from_bits(self.packed as u16).to_f32()
+        f16::from_bits(self.packed as u16).to_f32()
     }
 }
 

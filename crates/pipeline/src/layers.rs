@@ -68,7 +68,7 @@ impl Renderer {
         let gpu = self.gpu();
         let images = self.images();
         let water = images.surface.distance.read(gpu)?;
-        let scene: Vec<f32> = bytemuck::pod_collect_to_vec(&images.scene_distance.read(gpu)?);
+        let scene = images.scene_distance.read(gpu)?;
         // What lies behind the scene was cut off when splats were drawn; smoothing may move it there again.
         let is_water: Vec<bool> = water.iter().zip(&scene).map(|(w, s)| *w < NO_SURFACE && w < s).collect();
         let masked = |values: Vec<f32>| -> Vec<f32> {
@@ -106,11 +106,7 @@ impl Renderer {
                 }
                 Layer::Scene => {
                     let halves = images.scene_color.read(gpu)?;
-                    let color = |c: usize| {
-                        let texels = halves.chunks_exact(8);
-                        let half = |t: &[u8]| half::f16::from_le_bytes([t[2 * c], t[2 * c + 1]]).to_f32();
-                        texels.map(|texel| finite(half(texel))).collect()
-                    };
+                    let color = |c: usize| halves.iter().map(|texel| finite(texel[c].to_f32())).collect();
                     for (c, name) in ["scene.R", "scene.G", "scene.B"].into_iter().enumerate() {
                         add(name, color(c));
                     }

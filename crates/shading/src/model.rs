@@ -54,11 +54,11 @@ pub struct LightingInputs<'a> {
     /// The pixels that may show water, as `shaders/common/covered.inc.wgsl` has them.
     pub covered: &'a Buffer<Scratch>,
     /// Smoothed water surface.
-    pub distance: &'a Image<EyeDistance>,
+    pub distance: &'a Texture<EyeDistance>,
     /// Length of water along the view ray, up to the opaque scene.
-    pub thickness: &'a Image<Thickness>,
+    pub thickness: &'a Texture<Thickness>,
     /// Normals of the smoothed surface.
-    pub normal: &'a Image<ViewNormal>,
+    pub normal: &'a Texture<ViewNormal>,
     /// Colour that an attribute gives the water; a single pixel of alpha 0 where nothing is coloured, so that shaders read
     /// `surface_colors[min(index, arrayLength(&surface_colors) - 1u)]`.
     pub surface_color: &'a Image<SurfaceColor>,

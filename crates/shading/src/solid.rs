@@ -1,7 +1,7 @@
 use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, TextureRole, ViewNormal};
 use meniscus_gpu::{
-    CameraUniform, Definition, Gpu, GpuError, Image, RasterPipeline, RasterPipelineDescriptor, Recorder,
-    Shader, Texture, shader,
+    CameraUniform, Definition, Gpu, GpuError, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader,
+    Texture, shader,
 };
 use meniscus_scene::Material;
 
@@ -14,9 +14,9 @@ const SHADER: Shader = shader!("shading/solid");
 #[derive(Clone, Copy, Debug)]
 pub struct SolidSurface<'a> {
     /// Distance; nothing where there is none.
-    pub distance: &'a Image<EyeDistance>,
+    pub distance: &'a Texture<EyeDistance>,
     /// Normals.
-    pub normal: &'a Image<ViewNormal>,
+    pub normal: &'a Texture<ViewNormal>,
     /// What it is made of; patterns are left out, for they would swim over moving particles.
     pub material: Material,
 }

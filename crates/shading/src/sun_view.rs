@@ -77,9 +77,9 @@ pub struct SunView<'a> {
 #[derive(Clone, Copy, Debug)]
 pub struct SunWater<'a> {
     /// Smoothed surface.
-    pub distance: &'a Image<EyeDistance>,
+    pub distance: &'a Texture<EyeDistance>,
     /// Length of water along the sun's rays, up to the opaque scene.
-    pub thickness: &'a Image<Thickness>,
+    pub thickness: &'a Texture<Thickness>,
     /// From [`CausticsPass`], or 1 everywhere.
     pub caustics: &'a Image<Caustics>,
 }
@@ -125,7 +125,7 @@ impl SunlightPass {
         camera: &CameraUniform,
         sun: &SunView<'_>,
         water: &SunWater<'_>,
-        distance: &Image<EyeDistance>,
+        distance: &Texture<EyeDistance>,
         scene_distance: &Texture<SceneDistance>,
         has_objects: bool,
         output: &Image<Sunlight>,
@@ -186,8 +186,8 @@ impl CausticsPass {
         gpu: &Gpu,
         recorder: &mut Recorder,
         sun: &SunView<'_>,
-        distance: &Image<EyeDistance>,
-        normal: &Image<ViewNormal>,
+        distance: &Texture<EyeDistance>,
+        normal: &Texture<ViewNormal>,
         strength: f32,
         landed: &Image<Landed>,
         output: &Image<Caustics>,

@@ -1,25 +1,27 @@
-use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch, Thickness, ViewNormal};
-use meniscus_gpu::{Buffer, Gpu, GpuError, Image};
+use meniscus_gpu::role::{
+    EyeDistance, FilterStep, FrontSphere, ReducedSurface, ReducedThickness, Scratch, Thickness, ViewNormal,
+};
+use meniscus_gpu::{Buffer, Gpu, GpuError, Image, Texture};
 
 use crate::SsfrParams;
+use crate::filter::scratch_len;
 use crate::passes::tile_count;
 
 /// What the surface stage makes, and the room it needs to make it. Made once per picture size.
 #[derive(Debug)]
 pub struct SurfaceImages {
     /// Distance of the smoothed surface.
-    pub distance: Image<EyeDistance>,
-    /// Drawn radius of the particle that is visible in a pixel.
-    pub radius: Image<EffectiveRadius>,
+    pub distance: Texture<EyeDistance>,
     /// Length of fluid along the ray through a pixel, up to the opaque scene.
-    pub thickness: Image<Thickness>,
+    pub thickness: Texture<Thickness>,
     /// Normal of the smoothed surface.
-    pub normal: Image<ViewNormal>,
-    /// Distance of the nearest sphere, before smoothing.
-    pub unfiltered: Image<EyeDistance>,
-    /// Bits of the nearest distance while splats are drawn, then room for the filter.
-    pub(crate) nearest: Image<Scratch>,
-    pub(crate) scratch: Image<Scratch>,
+    pub normal: Texture<ViewNormal>,
+    /// Distance and drawn radius of the nearest sphere, before smoothing.
+    pub front: Texture<FrontSphere>,
+    /// Bits of the nearest distance and of its sphere's radius while splats are drawn, then room for the filter.
+    pub(crate) nearest: Buffer<Scratch>,
+    pub(crate) radius: Buffer<Scratch>,
+    pub(crate) steps: [Texture<FilterStep>; 2],
     /// Farthest distance per tile; `shaders/ssfr/farthest.wgsl`.
     pub(crate) farthest: Buffer<Scratch>,
     /// The pixels that show fluid; `shaders/common/covered.inc.wgsl`.
@@ -32,14 +34,13 @@ pub struct SurfaceImages {
 pub(crate) struct ReducedImages {
     pub(crate) scale: u32,
     pub(crate) size: [u32; 2],
+    pub(crate) surface: Texture<ReducedSurface>,
     pub(crate) limit: Image<Scratch>,
-    pub(crate) nearest: Image<Scratch>,
-    pub(crate) covered: Image<Scratch>,
-    pub(crate) sigma: Image<Scratch>,
     pub(crate) sum: Image<Scratch>,
-    /// Two numbers per pixel: thickness and coverage, smoothed along rows, then in both directions.
-    pub(crate) rows: Image<Scratch>,
-    pub(crate) smoothed: Image<Scratch>,
+    /// From the sums; then smoothed in both directions.
+    pub(crate) resolved: Texture<ReducedThickness>,
+    /// Smoothed along rows.
+    pub(crate) rows: Texture<ReducedThickness>,
 }
 
 impl SurfaceImages {
@@ -49,13 +50,13 @@ impl SurfaceImages {
     /// [`GpuError::TooLarge`] beyond the device's limits.
     pub fn new(gpu: &Gpu, size: [u32; 2], params: &SsfrParams) -> Result<Self, GpuError> {
         Ok(Self {
-            distance: Image::new(gpu, size)?,
-            radius: Image::new(gpu, size)?,
-            thickness: Image::new(gpu, size)?,
-            normal: Image::new(gpu, size)?,
-            unfiltered: Image::new(gpu, size)?,
-            nearest: Image::new(gpu, size)?,
-            scratch: Image::new(gpu, size)?,
+            distance: Texture::new(gpu, size)?,
+            thickness: Texture::new(gpu, size)?,
+            normal: Texture::new(gpu, size)?,
+            front: Texture::new(gpu, size)?,
+            nearest: Buffer::new(gpu, scratch_len(size))?,
+            radius: Buffer::new(gpu, scratch_len(size))?,
+            steps: [Texture::new(gpu, size)?, Texture::new(gpu, size)?],
             farthest: Buffer::new(gpu, tile_count(size))?,
             covered: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
             reduced: ReducedImages::new(gpu, size, params.thickness.scale)?,
@@ -85,17 +86,14 @@ impl SurfaceImages {
 impl ReducedImages {
     fn new(gpu: &Gpu, full: [u32; 2], scale: u32) -> Result<Self, GpuError> {
         let size = full.map(|side| side.div_ceil(scale));
-        let pairs = [2 * size[0], size[1]];
         Ok(Self {
             scale,
             size,
+            surface: Texture::new(gpu, size)?,
             limit: Image::new(gpu, size)?,
-            nearest: Image::new(gpu, size)?,
-            covered: Image::new(gpu, size)?,
-            sigma: Image::new(gpu, size)?,
             sum: Image::new(gpu, size)?,
-            rows: Image::new(gpu, pairs)?,
-            smoothed: Image::new(gpu, pairs)?,
+            resolved: Texture::new(gpu, size)?,
+            rows: Texture::new(gpu, size)?,
         })
     }
 }

@@ -117,11 +117,11 @@ impl Ssfr {
             gpu,
             camera,
             &FilterImages {
-                source: &images.unfiltered,
-                radius: &images.radius,
+                front: &images.front,
                 target: &images.distance,
                 covered: &images.covered,
-                scratch: [&images.nearest, &images.scratch],
+                steps: [&images.steps[0], &images.steps[1]],
+                scratch: [&images.nearest, &images.radius],
                 spacing_per_radius: common.spacing_per_radius,
             },
         );

@@ -34,14 +34,14 @@ fn color(gpu: &Gpu, scene: &Scene, values: &[f32], scale: ScaleUniform) -> (Vec<
     let coloring = Coloring::new(gpu, scene.size, &TABLE).unwrap();
     let colors = Image::<SurfaceColor>::new(gpu, scene.size).unwrap();
     let scene_distance = Texture::<SceneDistance>::new(gpu, scene.size).unwrap();
-    scene_distance.write(gpu, common::bytes_of(&scene.scene_distance));
+    scene_distance.write(gpu, &scene.scene_distance);
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     let camera = recorder.uniform(&scene.uniform());
     stage.record(&mut recorder, gpu, &camera, &[set], &scene_distance, &images);
     let colored = [ColoredSet { set, values: &values }];
     coloring.record(&mut recorder, gpu, &camera, &colored, &scale, &images, &colors);
     let _ = recorder.submit(gpu).unwrap();
-    (images.unfiltered.read(gpu).unwrap(), colors.read(gpu).unwrap())
+    (images.front.read(gpu).unwrap().iter().map(|sphere| sphere[0]).collect(), colors.read(gpu).unwrap())
 }
 
 const LINEAR: ScaleUniform = ScaleUniform { offset: 0.0, factor: 1.0, is_log: 0 };

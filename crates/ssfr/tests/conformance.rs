@@ -20,18 +20,17 @@ const DISC: &str = r"
 #import meniscus::key::{key_of, distance_of, key_per_distance, is_gap}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
-@group(0) @binding(1) var<storage, read> distance: array<f32>;
-@group(0) @binding(2) var<storage, read> radius: array<f32>;
-@group(0) @binding(3) var<storage, read> covered: CoveredPixels;
-@group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
+@group(0) @binding(1) var front: texture_2d<f32>;
+@group(0) @binding(2) var<storage, read> covered: CoveredPixels;
+@group(0) @binding(3) var smoothed: texture_storage_2d<r32float, write>;
 
 fn smooth_pixel(at: vec2<i32>) -> u32 {
     let size = vec2<i32>(camera.size_px);
-    let pixel = at.y * size.x + at.x;
-    let d = distance[pixel];
+    let own = textureLoad(front, at, 0);
+    let d = own.x;
     let center = key_of(camera, d);
-    smoothed[pixel] = d;
-    let reach = 2.8284271 * 1.6 * radius[pixel] * px_per_world(camera, d);
+    textureStore(smoothed, at, vec4(d));
+    let reach = 2.8284271 * 1.6 * own.y * px_per_world(camera, d);
     if !(reach > 1.0 && reach < 1e5) {
         return 0u;
     }
@@ -40,7 +39,7 @@ fn smooth_pixel(at: vec2<i32>) -> u32 {
         step *= 2.0;
     }
     let fade = 1.0 - smoothstep(12.0, 24.0, reach / step);
-    let range = 8.0 * radius[pixel] * key_per_distance(camera, center);
+    let range = 8.0 * own.y * key_per_distance(camera, center);
     let taps = i32(reach / step);
     var total = 0.0;
     var weights = 1.0;
@@ -54,8 +53,8 @@ fn smooth_pixel(at: vec2<i32>) -> u32 {
                 || any(max(after_at, before_at) >= size) || (i == 0 && j == 0) {
                 continue;
             }
-            let after = key_of(camera, distance[after_at.y * size.x + after_at.x]);
-            let before = key_of(camera, distance[before_at.y * size.x + before_at.x]);
+            let after = key_of(camera, textureLoad(front, after_at, 0).x);
+            let before = key_of(camera, textureLoad(front, before_at, 0).x);
             read += 2u;
             let p = vec2<f32>(offset) / reach;
             let place = max(1.0 - dot(p, p), 0.0);
@@ -69,7 +68,7 @@ fn smooth_pixel(at: vec2<i32>) -> u32 {
             weights += weight;
         }
     }
-    smoothed[pixel] = distance_of(camera, center + total / weights);
+    textureStore(smoothed, at, vec4(distance_of(camera, center + total / weights)));
     return read;
 }
 
@@ -109,8 +108,7 @@ impl SurfaceFilter for Disc {
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
         let bindings = [
             ("camera", camera.clone()),
-            ("distance", images.source.bind()),
-            ("radius", images.radius.bind()),
+            ("front", images.front.bind()),
             ("covered", images.covered.bind()),
             ("smoothed", images.target.bind()),
         ];
@@ -186,7 +184,7 @@ const MISTAKES: &[(Check, &str, &str)] = &[
     (
         Check::EmptyStaysEmpty,
         "    count(taps);",
-        "    if id.x == 0u { smoothed[0] = 1.0; }
+        "    if id.x == 0u { textureStore(smoothed, vec2(0), vec4(1.0)); }
     count(taps);",
     ),
     (Check::OnlyFluidCosts, "    count(taps);", "    count(taps + camera.size_px.x * camera.size_px.y);"),
@@ -194,7 +192,7 @@ const MISTAKES: &[(Check, &str, &str)] = &[
         Check::ZeroRadiusIsIdentity,
         "if !(reach > 1.0 && reach < 1e5) {",
         "if !(reach > 1.0 && reach < 1e5) {
-        smoothed[pixel] = 1.001 * d;",
+        textureStore(smoothed, at, vec4(1.001 * d));",
     ),
     (Check::ConstantPlanes, "center + total / weights", "center * 1.001 + total / weights"),
     (
@@ -215,19 +213,14 @@ const MISTAKES: &[(Check, &str, &str)] = &[
     ),
     (Check::NoiseDoesNotGrow, "center + total / weights", "center + 3.0 * total / weights"),
     (Check::Mirror, "0.5 * ((after - center) + (before - center))", "(after - center) * f32(i > 0)"),
-    (Check::Scaling, "let range = 8.0 * radius[pixel]", "let range = 0.9"),
+    (Check::Scaling, "let range = 8.0 * own.y", "let range = 0.9"),
     (
         Check::NanNeverSpreads,
-        "let before = key_of(camera, distance[before_at.y * size.x + before_at.x]);",
-        "let raw = distance[before_at.y * size.x + before_at.x];
+        "let before = key_of(camera, textureLoad(front, before_at, 0).x);",
+        "let raw = textureLoad(front, before_at, 0).x;
             let before = select(select(1.0 / raw, -raw, camera.orthographic != 0u), -3.4e38, raw > 1e38);",
     ),
-    (
-        Check::Borders,
-        "if min(min(after_at.x, after_at.y), min(before_at.x, before_at.y)) < 0
-                || any(max(after_at, before_at) >= size) || (i == 0 && j == 0) {",
-        "if i == 0 && j == 0 {",
-    ),
+    (Check::Borders, "let after_at = at + offset;", "let after_at = (at + offset + size) % size;"),
     (
         Check::TinyAndHuge,
         "smooth_pixel(vec2<i32>(unpack_pixel(covered.packed[i])))",

@@ -29,7 +29,7 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
         is_uniform_mass: true,
     };
     let scene_distance = Texture::<SceneDistance>::new(gpu, scene.size).unwrap();
-    scene_distance.write(gpu, common::bytes_of(&scene.scene_distance));
+    scene_distance.write(gpu, &scene.scene_distance);
     let layers = Image::<FoamLayers>::new(gpu, scene.size).unwrap();
     // In two pages.
     let buffers = drops.split_at(drops.len() / 3);

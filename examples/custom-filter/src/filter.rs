@@ -63,22 +63,22 @@ impl SurfaceFilter for PlaneFit {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let mut source = images.source.bind();
+        let mut source = images.front.bind();
         for (pass, sigma_radii) in (1..).zip(self.params.pass_sigmas_radii(images.spacing_per_radius)) {
             let uniform = PlaneFitUniform { sigma_radii, range_radii: self.params.range };
             let smoothed = if pass == self.params.passes {
                 images.target.bind()
             } else {
-                images.scratch[pass as usize % 2].bind()
+                images.steps[pass as usize % 2].bind()
             };
             let bindings = [
                 ("camera", camera.clone()),
                 ("plane_fit", recorder.uniform(&uniform)),
                 ("source", source),
-                ("radius", images.radius.bind()),
+                ("front", images.front.bind()),
                 ("smoothed", smoothed.clone()),
             ];
-            let pixels = Dispatch::Pixels(images.source.size());
+            let pixels = Dispatch::Pixels(images.front.size());
             recorder.compute(gpu, SHADER.name, &self.pass, &bindings, pixels);
             source = smoothed;
         }

@@ -15,9 +15,11 @@ struct PlaneFit {
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> plane_fit: PlaneFit;
-@group(0) @binding(2) var<storage, read> source: array<f32>;
-@group(0) @binding(3) var<storage, read> radius: array<f32>;
-@group(0) @binding(4) var<storage, read_write> smoothed: array<f32>;
+// Its y: radii.
+@group(0) @binding(2) var front: texture_2d<f32>;
+// Its x: distances before and after this pass.
+@group(0) @binding(3) var source: texture_2d<f32>;
+@group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 
 // Taps to each side; a wider window is sampled in larger steps, powers of two. Every other tap fades before they double, so
 // that no ring shows where they do.
@@ -70,7 +72,7 @@ fn fit(at: vec2<i32>, distance: f32, radius_world: f32) -> Fit {
             if any(tap < vec2(0)) || any(tap >= size) || dot(p, p) >= 1.0 {
                 continue;
             }
-            let key = key_of(camera, source[tap.y * size.x + tap.x]);
+            let key = key_of(camera, textureLoad(source, tap, 0).x);
             read += 1u;
             if is_gap(key) {
                 continue;
@@ -107,13 +109,12 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= camera.size_px) {
         return;
     }
-    let pixel = id.y * camera.size_px.x + id.x;
-    let distance = source[pixel];
+    let distance = textureLoad(source, id.xy, 0).x;
     if is_gap(key_of(camera, distance)) {
-        smoothed[pixel] = NO_SURFACE;
+        textureStore(smoothed, id.xy, vec4(NO_SURFACE));
         return;
     }
-    let fitted = fit(vec2<i32>(id.xy), distance, radius[pixel]);
-    smoothed[pixel] = fitted.distance;
+    let fitted = fit(vec2<i32>(id.xy), distance, textureLoad(front, id.xy, 0).y);
+    textureStore(smoothed, id.xy, vec4(fitted.distance));
     count(fitted.taps);
 }

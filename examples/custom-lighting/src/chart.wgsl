@@ -1,8 +1,8 @@
 // The water as a chart: colour by the length of water behind a pixel, contour lines at equal steps of it, relief.
 #define_import_path meniscus::model
 
-#import meniscus::lighting_inputs::{camera, surroundings, distances, thicknesses, normals, scene_color, pixel_index, to_world}
-#import meniscus::surface::{is_empty, unpack_normal}
+#import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, normal_at, scene_color, to_world}
+#import meniscus::surface::is_empty
 
 struct Chart {
     // Linear radiance from no water to the end of the map.
@@ -28,11 +28,7 @@ fn is_water(at: vec2<i32>) -> bool {
     if any(at < vec2(0)) || any(at >= vec2<i32>(camera.size_px)) {
         return false;
     }
-    return !is_empty(distances[at.y * i32(camera.size_px.x) + at.x]);
-}
-
-fn thickness_at(at: vec2<i32>) -> f32 {
-    return thicknesses[at.y * i32(camera.size_px.x) + at.x];
+    return !is_empty(distance_at(vec2<u32>(at)));
 }
 
 // Change of thickness per pixel along an axis: over both neighbours, or the one that is water.
@@ -46,7 +42,7 @@ fn slope(at: vec2<i32>, axis: vec2<i32>) -> f32 {
         before -= axis;
     }
     let apart = dot(after - before, axis);
-    return (thickness_at(after) - thickness_at(before)) / f32(max(apart, 1));
+    return (thickness_at(vec2<u32>(after)) - thickness_at(vec2<u32>(before))) / f32(max(apart, 1));
 }
 
 fn map_color(thickness: f32) -> vec3<f32> {
@@ -74,9 +70,8 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let index = pixel_index(pixel);
-    let thickness = thicknesses[index];
-    let normal = to_world(unpack_normal(normals[index]));
+    let thickness = thickness_at(pixel);
+    let normal = to_world(normal_at(pixel));
     let light = mix(SHADE, 1.0, 0.5 + 0.5 * dot(normal, surroundings.sky.sun_direction));
     let ink = mix(1.0, INK, contour(vec2<i32>(pixel), thickness));
     return vec4(map_color(thickness) * mix(1.0, light, model.relief) * ink, 1.0);

@@ -58,7 +58,7 @@ fn both_resolutions_are_as_thick_as_they_are_deep() {
         };
         renderer.draw_and_wait(&frame, &world, &camera, SIZE).expect("a picture");
         let thickness = renderer.surface_images().thickness.read(renderer.gpu()).expect("read");
-        let radius = renderer.surface_images().radius.read(renderer.gpu()).expect("read");
+        let front = renderer.surface_images().front.read(renderer.gpu()).expect("read");
         let pixel = HEIGHT / f64::from(SIZE[1]);
         // Means over whole cells of either block's lattice, 0.2 inside of its outline.
         for (block, middle, size) in [("fine", -0.5, 1.0), ("coarse", 0.5, 2.0)] {
@@ -77,7 +77,7 @@ fn both_resolutions_are_as_thick_as_they_are_deep() {
             // What the surface is smoothed by is the radius of the particles that show; 2 % are gaps between rows of spheres of
             // 0.625 spacings, seen along them.
             let is_own =
-                |&&i: &&usize| (f64::from(radius[i]) / world.space().radius / size - 1.0).abs() < 1e-3;
+                |&&i: &&usize| (f64::from(front[i][1]) / world.space().radius / size - 1.0).abs() < 1e-3;
             let own = inside.iter().filter(is_own).count();
             assert!(lod < 1.0 || own * 100 > inside.len() * 95, "{block}: {own} of {}", inside.len());
         }

@@ -180,11 +180,9 @@ impl Frame {
         record: impl FnOnce(&mut Recorder, &LightingInputs<'_>, &Image<Radiance>),
     ) -> Result<Vec<[f32; 4]>, ShadingError> {
         let size = self.camera.size_px;
-        let scene_color = Texture::<SceneColor>::new(gpu, size)?;
-        let halves = self.scene_color.iter().flatten().map(|&x| f16::from_f32(x).to_le_bytes());
-        scene_color.write(gpu, halves.collect::<Vec<_>>().as_flattened());
-        let scene_distance = Texture::<SceneDistance>::new(gpu, size)?;
-        scene_distance.write(gpu, bytemuck::cast_slice(&self.scene_distance));
+        let halves: Vec<_> = self.scene_color.iter().map(|color| color.map(f16::from_f32)).collect();
+        let scene_color = Texture::<SceneColor>::from_texels(gpu, size, &halves)?;
+        let scene_distance = Texture::<SceneDistance>::from_texels(gpu, size, &self.scene_distance)?;
         let one_or = |len: usize, size: [u32; 2]| if len == 1 { [1, 1] } else { size };
         let color_size = one_or(self.surface_color.len(), size);
         let sunlight_size = one_or(self.sunlight.len(), SunlightPass::size_blocks(size));
@@ -195,9 +193,9 @@ impl Frame {
             environment: &EnvironmentMap::new(gpu, &self.scene)?,
             scale: self.scale,
             covered: &Buffer::from_slice(gpu, &covered::list(size, shows))?,
-            distance: &Image::from_pixels(gpu, size, &self.water.distance)?,
-            thickness: &Image::from_pixels(gpu, size, &self.water.thickness)?,
-            normal: &Image::from_pixels(gpu, size, &self.water.normal)?,
+            distance: &Texture::from_texels(gpu, size, &self.water.distance)?,
+            thickness: &Texture::from_texels(gpu, size, &self.water.thickness)?,
+            normal: &Texture::from_texels(gpu, size, &self.water.normal)?,
             surface_color: &Image::from_pixels(gpu, color_size, &self.surface_color)?,
             scene_color: &scene_color,
             scene_distance: &scene_distance,

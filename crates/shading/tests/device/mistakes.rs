@@ -19,12 +19,12 @@ const SHADER: Shader = Shader {
     name: "test/glass",
     source: r"
 #define_import_path meniscus::model
-#import meniscus::lighting_inputs::{camera, distances, thicknesses, scene_color, attribute_color, coverage, pixel_index}
+#import meniscus::lighting_inputs::{camera, distance_at, thickness_at, scene_color, attribute_color, coverage}
 struct Glass { attenuation: vec3<f32>, spacing_world: f32, mistake: u32, pad_a: u32, pad_b: u32, pad_c: u32 }
 @group(0) @binding(2) var<uniform> model: Glass;
 
 fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    if model.mistake == 3u && distances[pixel_index(pixel)] < 1e37 {
+    if model.mistake == 3u && distance_at(pixel) < 1e37 {
         return water_radiance(pixel);
     }
     let left_out = model.mistake == 6u && pixel.x + 1u == camera.size_px.x;
@@ -34,7 +34,7 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let scene = textureLoad(scene_color, pixel, 0);
-    let thickness = thicknesses[pixel_index(pixel)];
+    let thickness = thickness_at(pixel);
     // Light that grows with the thickness, or falls too fast.
     let factor = select(select(-1.44269504, -1.6, model.mistake == 1u), 1.44269504, model.mistake == 5u);
     let tint = attribute_color(pixel);

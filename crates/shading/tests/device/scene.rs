@@ -6,7 +6,7 @@ use crate::support::{draw_scene, gpu, tiled_scene};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Role, Thickness, ViewNormal};
-use meniscus_gpu::{Buffer, CameraUniform, Image, Recorder, Timing, covered};
+use meniscus_gpu::{Buffer, CameraUniform, Image, Recorder, Texture, Timing, covered};
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
 use meniscus_shading::{
     EnvironmentMap, Fluid, LightingInputs, LightingModel, Sunlight, Surroundings, WaterScale,
@@ -20,9 +20,9 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let gpu = gpu();
     let (color, distance) = draw_scene(&gpu, camera, scene, None);
     let pixels = (SIZE[0] * SIZE[1]) as usize;
-    let water = Image::<EyeDistance>::from_pixels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
-    let thickness = Image::<Thickness>::from_pixels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
-    let normal = Image::<ViewNormal>::from_pixels(&gpu, SIZE, &vec![0; pixels]).unwrap();
+    let water = Texture::<EyeDistance>::from_texels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
+    let thickness = Texture::<Thickness>::from_texels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
+    let normal = Texture::<ViewNormal>::from_texels(&gpu, SIZE, &vec![0; pixels]).unwrap();
     let sunlight = Image::<Sunlight>::from_pixels(&gpu, [1, 1], &[Sunlight::EMPTY]).unwrap();
     let output = Image::<Radiance>::new(&gpu, SIZE).unwrap();
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);

@@ -90,9 +90,7 @@ fn objects_throw_shadows_where_they_stand_between_sun_and_floor() {
 }
 
 fn read(gpu: &Gpu, color: &Texture<SceneColor>) -> Vec<[f32; 4]> {
-    let bytes = color.read(gpu).unwrap();
-    let halves = bytes.as_chunks::<2>().0.iter().map(|bytes| f16::from_le_bytes(*bytes).to_f32());
-    halves.collect::<Vec<_>>().as_chunks::<4>().0.to_vec()
+    color.read(gpu).unwrap().into_iter().map(|texel| texel.map(f16::to_f32)).collect()
 }
 
 /// The sun straight above water `depth` over a level floor, and the images of it.
@@ -134,8 +132,8 @@ fn caustics_under(gpu: &Gpu, sun: &Above, water: impl Fn(Vec2) -> Option<(f32, V
             }
         }
     }
-    let distance = Image::<EyeDistance>::from_pixels(gpu, SUN_SIZE, &distance).unwrap();
-    let normal = Image::<ViewNormal>::from_pixels(gpu, SUN_SIZE, &normal).unwrap();
+    let distance = Texture::<EyeDistance>::from_texels(gpu, SUN_SIZE, &distance).unwrap();
+    let normal = Texture::<ViewNormal>::from_texels(gpu, SUN_SIZE, &normal).unwrap();
     let landed = Image::<Landed>::new(gpu, SUN_SIZE).unwrap();
     let output = Image::<Caustics>::new(gpu, SUN_SIZE).unwrap();
     let view = SunView { camera: &sun.camera, scene_distance: &sun.scene_distance };
@@ -213,8 +211,8 @@ fn light_crosses_the_water_above_a_point_and_no_more() {
     let of = |inside: f32, outside: f32| -> Vec<f32> {
         (0..pixels).map(|i| if is_water(i) { inside } else { outside }).collect()
     };
-    let distance = Image::<EyeDistance>::from_pixels(&gpu, SUN_SIZE, &of(EYE - 0.5, NO_SURFACE)).unwrap();
-    let thickness = Image::<Thickness>::from_pixels(&gpu, SUN_SIZE, &of(0.2, 0.0)).unwrap();
+    let distance = Texture::<EyeDistance>::from_texels(&gpu, SUN_SIZE, &of(EYE - 0.5, NO_SURFACE)).unwrap();
+    let thickness = Texture::<Thickness>::from_texels(&gpu, SUN_SIZE, &of(0.2, 0.0)).unwrap();
     let caustics = Image::<Caustics>::from_pixels(&gpu, SUN_SIZE, &vec![1.0; pixels]).unwrap();
     let seen = SunWater { distance: &distance, thickness: &thickness, caustics: &caustics };
     let view = SunView { camera: &sun.camera, scene_distance: &sun.scene_distance };
@@ -223,11 +221,11 @@ fn light_crosses_the_water_above_a_point_and_no_more() {
     let scale = SIZE[0] as f32 / SUN_SIZE[0] as f32;
     let camera = CameraUniform { px_per_world_at_one: camera.px_per_world_at_one * scale, ..camera };
     let water =
-        Image::<EyeDistance>::from_pixels(&gpu, SIZE, &vec![NO_SURFACE; (SIZE[0] * SIZE[1]) as usize])
+        Texture::<EyeDistance>::from_texels(&gpu, SIZE, &vec![NO_SURFACE; (SIZE[0] * SIZE[1]) as usize])
             .unwrap();
     for (height, expected) in [(0.0, 0.2), (0.4, 0.1), (0.6, 0.0)] {
         let scene = Texture::<SceneDistance>::new(&gpu, SIZE).unwrap();
-        scene.write(&gpu, bytemuck::cast_slice(&vec![EYE - height; (SIZE[0] * SIZE[1]) as usize]));
+        scene.write(&gpu, &vec![EYE - height; (SIZE[0] * SIZE[1]) as usize]);
         let output = Image::<Sunlight>::new(&gpu, SunlightPass::size_blocks(SIZE)).unwrap();
         let mut recorder = Recorder::new(&gpu, Timing::Stamps);
         let pass = SunlightPass::new(&gpu).unwrap();

@@ -1,8 +1,8 @@
-use meniscus_gpu::role::{EffectiveRadius, EyeDistance, NO_SURFACE, Scratch};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, GpuError, Image, Recorder, Timing, covered};
+use meniscus_gpu::role::{EyeDistance, FilterStep, FrontSphere, NO_SURFACE, Scratch};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, GpuError, Recorder, Texture, Timing, covered};
 
 use super::pictures::{Picture, SPACING_PER_RADIUS, is_surface};
-use crate::filter::{FilterImages, HostSurface, SurfaceFilter, TAPS};
+use crate::filter::{FilterImages, HostSurface, SurfaceFilter, TAPS, scratch_len};
 
 /// A filter on a device.
 pub(super) struct Run<'a> {
@@ -42,25 +42,31 @@ impl Run<'_> {
 
     fn recorded(&self, picture: &Picture, counting: bool) -> Result<(Vec<f32>, Option<u64>), GpuError> {
         let (gpu, size) = (self.gpu, picture.size);
-        let source = Image::<EyeDistance>::from_pixels(gpu, size, &picture.distance)?;
-        let radius = Image::<EffectiveRadius>::from_pixels(gpu, size, &picture.radius)?;
-        let target = Image::<EyeDistance>::from_pixels(gpu, size, &vec![NO_SURFACE; picture.distance.len()])?;
+        let front: Vec<_> = picture.distance.iter().zip(&picture.radius).map(|(d, r)| [*d, *r]).collect();
+        let front = Texture::<FrontSphere>::from_texels(gpu, size, &front)?;
+        let empty = vec![NO_SURFACE; picture.distance.len()];
+        let target = Texture::<EyeDistance>::from_texels(gpu, size, &empty)?;
         let covered = covered::list(size, |pixel| is_surface(picture.distance[pixel]));
         let covered = Buffer::<Scratch>::from_slice(gpu, &covered)?;
         // Contents do not matter, but are there: what a filter forgets to write is then seen.
-        let left_over = vec![0x40a0_0000; picture.distance.len()];
+        let left_over = vec![0x40a0_0000; scratch_len(size)];
         let scratch = [
-            Image::<Scratch>::from_pixels(gpu, size, &left_over)?,
-            Image::<Scratch>::from_pixels(gpu, size, &left_over)?,
+            Buffer::<Scratch>::from_slice(gpu, &left_over)?,
+            Buffer::<Scratch>::from_slice(gpu, &left_over)?,
+        ];
+        let left_over = vec![5.0; picture.distance.len()];
+        let steps = [
+            Texture::<FilterStep>::from_texels(gpu, size, &left_over)?,
+            Texture::<FilterStep>::from_texels(gpu, size, &left_over)?,
         ];
         let mut recorder = Recorder::new(gpu, Timing::Stamps);
         recorder.set_counting(gpu, counting);
         let camera = recorder.uniform(&CameraUniform::new(&picture.camera, size));
         let images = FilterImages {
-            source: &source,
-            radius: &radius,
+            front: &front,
             target: &target,
             covered: &covered,
+            steps: [&steps[0], &steps[1]],
             scratch: [&scratch[0], &scratch[1]],
             spacing_per_radius: SPACING_PER_RADIUS,
         };

@@ -107,12 +107,10 @@ impl SurfaceFilter for Adaptive {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let size = images.source.size();
+        let size = images.front.size();
         let tiles: usize = size.iter().map(|side| side.div_ceil(TILE) as usize).product();
-        // Sums of the tiles are there only until the smoothing needs the room.
-        for sums in images.scratch {
-            recorder.clear(gpu, "ssfr.adaptive_clear", sums.buffer(), tiles);
-        }
+        let [sums, complexity] = images.scratch;
+        recorder.clear(gpu, "ssfr.adaptive_clear", sums, 2 * tiles);
         let uniform = recorder.uniform(&AdaptiveUniform {
             spacing_per_radius: images.spacing_per_radius,
             range_radii: self.params.threshold,
@@ -123,15 +121,12 @@ impl SurfaceFilter for Adaptive {
             ("camera", camera.clone()),
             ("adaptive", uniform),
             ("covered", images.covered.bind()),
-            ("pixels", images.scratch[0].bind()),
-            ("bends", images.scratch[1].bind()),
+            ("sums", sums.bind()),
         ];
         let pixels = images.over_covered();
-        let sampled = [("radius", images.radius.bind()), ("distance", images.source.bind())];
-        let measured = [&common[..], &sampled].concat();
+        let measured = [&common[..], &[("front", images.front.bind())]].concat();
         recorder.compute(gpu, "ssfr.adaptive_measure", &self.measure, &measured, pixels);
-        // The target has room for the complexity of the covered pixels until the last pass writes them.
-        let blended = [&common[..], &[("complexity", images.target.bind())]].concat();
+        let blended = [&common[..], &[("complexity", complexity.bind())]].concat();
         recorder.compute(gpu, "ssfr.adaptive_blend", &self.blend, &blended, pixels);
         self.smoothing.record(recorder, gpu, camera, images, &self.params.width());
     }

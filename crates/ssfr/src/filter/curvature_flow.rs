@@ -104,7 +104,7 @@ impl SurfaceFilter for CurvatureFlow {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let [mut next, mut current] = images.scratch.map(|image| image.bind());
+        let [mut next, mut current] = images.steps.map(|image| image.bind());
         record_keys(recorder, gpu, camera, images, &self.key);
         for (step, share) in (1..).zip(self.params.shares()) {
             let is_last = step == self.params.iterations;
@@ -117,7 +117,7 @@ impl SurfaceFilter for CurvatureFlow {
             let bindings = [
                 ("camera", camera.clone()),
                 ("flow", recorder.uniform(&uniform)),
-                ("radius", images.radius.bind()),
+                ("front", images.front.bind()),
                 ("source", current.clone()),
                 ("smoothed", if is_last { images.target.bind() } else { next.clone() }),
                 ("covered", images.covered.bind()),

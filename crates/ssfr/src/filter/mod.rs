@@ -11,8 +11,10 @@ mod properties;
 mod registry;
 mod smoothing;
 
-use meniscus_gpu::role::{EffectiveRadius, EyeDistance, Scratch};
-use meniscus_gpu::{Binding, Buffer, CameraUniform, Dispatch, Gpu, Image, Recorder, Shader, covered, shader};
+use meniscus_gpu::role::{EyeDistance, FilterStep, FrontSphere, Scratch};
+use meniscus_gpu::{
+    Binding, Buffer, CameraUniform, Dispatch, Gpu, Recorder, Shader, Texture, covered, shader,
+};
 
 pub(crate) use adaptive::TILE;
 pub use adaptive::{Adaptive, AdaptiveParams};
@@ -37,20 +39,26 @@ pub const INCLUDES: &[Shader] = &[shader!(include "ssfr/key")];
 /// Images of one run of a filter, all of one size.
 #[derive(Clone, Copy, Debug)]
 pub struct FilterImages<'a> {
-    /// Distance to smooth.
-    pub source: &'a Image<EyeDistance>,
-    /// Drawn radius of the particle visible in a pixel.
-    pub radius: &'a Image<EffectiveRadius>,
-    /// Where the smoothed distance goes: [`NO_SURFACE`](meniscus_gpu::role::NO_SURFACE) exactly where `source` has it. It
+    /// Distance to smooth, and drawn radius of the particle visible in a pixel.
+    pub front: &'a Texture<FrontSphere>,
+    /// Where the smoothed distance goes: [`NO_SURFACE`](meniscus_gpu::role::NO_SURFACE) exactly where `front` has it. It
     /// is there already, so that only the covered pixels need to be written.
-    pub target: &'a Image<EyeDistance>,
+    pub target: &'a Texture<EyeDistance>,
     /// The pixels that show fluid, as `meniscus::covered::CoveredPixels` of `shaders/common/covered.inc.wgsl`: their number,
     /// then x + 65536 y for each, in no particular order.
     pub covered: &'a Buffer<Scratch>,
-    /// Room for intermediate results; contents do not matter, before or after.
-    pub scratch: [&'a Image<Scratch>; 2],
+    /// Room for what a pass leaves for the next one; contents do not matter, before or after. Software drivers read textures
+    /// several times faster than buffers.
+    pub steps: [&'a Texture<FilterStep>; 2],
+    /// The same in buffers of [`scratch_len`] numbers, for what passes add up.
+    pub scratch: [&'a Buffer<Scratch>; 2],
     /// Distance of neighbouring particles per drawn radius: the bumps to remove are `radius * spacing_per_radius` long.
     pub spacing_per_radius: f32,
+}
+
+/// Numbers in a scratch buffer of a filter for pictures of `size` pixels: one a pixel, and room for two.
+pub fn scratch_len(size: [u32; 2]) -> usize {
+    (size[0] as usize * size[1] as usize).max(2)
 }
 
 impl FilterImages<'_> {
@@ -58,7 +66,7 @@ impl FilterImages<'_> {
     /// only the GPU knows how long that is. 65,536 invocations keep every GPU busy and cost a software driver little when
     /// there is less to do.
     pub fn over_covered(&self) -> Dispatch {
-        covered::dispatch(self.source.size())
+        covered::dispatch(self.front.size())
     }
 }
 

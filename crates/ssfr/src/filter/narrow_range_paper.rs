@@ -77,14 +77,14 @@ impl SurfaceFilter for NarrowRangePaper {
     }
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
-        let [mut next, mut other] = images.scratch.map(|image| image.bind());
+        let [mut next, mut other] = images.steps.map(|image| image.bind());
         record_keys(recorder, gpu, camera, images, &self.distance);
         let mut record = |pipeline: &ComputePipeline, pass, source, smoothed| {
             let uniform = SmoothingUniform::new(&self.params.width(), images.spacing_per_radius, pass);
             let bindings = [
                 ("camera", camera.clone()),
                 ("smoothing", recorder.uniform(&uniform)),
-                ("radius", images.radius.bind()),
+                ("front", images.front.bind()),
                 ("source", source),
                 ("smoothed", smoothed),
                 ("covered", images.covered.bind()),

@@ -27,11 +27,10 @@ impl SurfaceFilter for NoFilter {
         Self::NAME
     }
 
-    fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
+    fn record(&self, recorder: &mut Recorder, gpu: &Gpu, _: &Binding, images: &FilterImages<'_>) {
         let bindings = [
-            ("camera", camera.clone()),
-            ("source", images.source.bind()),
-            ("destination", images.target.bind()),
+            ("front", images.front.bind()),
+            ("distance", images.target.bind()),
             ("covered", images.covered.bind()),
         ];
         recorder.compute(gpu, "ssfr.copy", &self.copy, &bindings, images.over_covered());

@@ -14,7 +14,7 @@ pub(crate) enum Rule {
     NarrowRange,
     Bilateral,
     Gaussian,
-    /// Between bilateral and narrow-range by the complexity that the target image holds.
+    /// Between bilateral and narrow-range by the complexity of pixels in the second scratch buffer.
     Adaptive,
 }
 
@@ -137,26 +137,26 @@ impl Smoothing {
         width: &Width,
     ) {
         let pixels = images.over_covered();
-        let [mut next, mut other] = images.scratch.map(|image| image.bind());
+        let [mut next, mut other] = images.steps.map(|image| image.bind());
         record_keys(recorder, gpu, camera, images, &self.key);
         let common = |recorder: &mut Recorder, pass, source| {
             let uniform = SmoothingUniform::new(width, images.spacing_per_radius, pass);
-            vec![
+            let mut bindings = vec![
                 ("camera", camera.clone()),
                 ("smoothing", recorder.uniform(&uniform)),
-                ("radius", images.radius.bind()),
-                ("unfiltered", images.source.bind()),
+                ("front", images.front.bind()),
                 ("source", source),
                 ("covered", images.covered.bind()),
-            ]
+            ];
+            if self.rule == Rule::Adaptive {
+                bindings.push(("complexity", images.scratch[1].bind()));
+            }
+            bindings
         };
         let mut current = other.clone();
         for pass in width.passes() {
             let mut bindings = common(recorder, pass, current);
             bindings.push(("smoothed", next.clone()));
-            if self.rule == Rule::Adaptive {
-                bindings.push(("complexity", images.target.bind()));
-            }
             recorder.compute(gpu, "ssfr.smooth_along", &self.along, &bindings, pixels);
             current = next.clone();
             std::mem::swap(&mut next, &mut other);
@@ -167,7 +167,7 @@ impl Smoothing {
     }
 }
 
-/// Fills both scratch images with what `key` makes of the distances; passes over the covered pixels then alternate between
+/// Fills both steps with what `key` makes of the distances; passes over the covered pixels then alternate between
 /// them, beginning at the second.
 pub(super) fn record_keys(
     recorder: &mut Recorder,
@@ -178,11 +178,11 @@ pub(super) fn record_keys(
 ) {
     let bindings = [
         ("camera", camera.clone()),
-        ("distance", images.source.bind()),
-        ("key", images.scratch[1].bind()),
-        ("other", images.scratch[0].bind()),
+        ("front", images.front.bind()),
+        ("key", images.steps[1].bind()),
+        ("other", images.steps[0].bind()),
     ];
-    recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(images.source.size()));
+    recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(images.front.size()));
 }
 
 /// Fractions of a variance that `steps` steps have, each a little narrower than the one before, down to `last_width` of the

@@ -104,7 +104,7 @@ impl Coloring {
                         ("particles", page.particles),
                         ("ranges", page.ranges),
                         ("values", values[page.index].bind()),
-                        ("distances", images.unfiltered.bind()),
+                        ("front", images.front.bind()),
                         ("sums", self.sums.bind()),
                     ];
                     recorder.compute(gpu, "ssfr.coloring", &self.splat, &bindings, page.groups);

@@ -23,7 +23,7 @@ impl NormalPass {
         let bindings = [
             ("camera", camera.clone()),
             ("distance", images.distance.bind()),
-            ("radius", images.radius.bind()),
+            ("front", images.front.bind()),
             ("normal", images.normal.bind()),
             ("covered", images.covered.bind()),
         ];

@@ -81,7 +81,7 @@ impl SurfacePasses {
         });
         if common.uniform_radius_world.is_none() {
             let pixels = size[0] as usize * size[1] as usize;
-            recorder.clear(gpu, "ssfr.radius", images.radius.buffer(), pixels);
+            recorder.clear(gpu, "ssfr.radius", &images.radius, pixels);
             for list in [List::Front, List::Visible] {
                 each_page(recorder, sets, common, list, |recorder, page| {
                     let mut bindings = bindings(&page);
@@ -100,8 +100,8 @@ impl SurfacePasses {
                 ("surface", uniform),
                 ("scene_distance", scene_distance.bind()),
                 ("nearest", images.nearest.bind()),
-                ("unfiltered", images.unfiltered.bind()),
                 ("radius", images.radius.bind()),
+                ("front", images.front.bind()),
                 ("distance", images.distance.bind()),
                 ("length_world", images.thickness.bind()),
                 ("normal", images.normal.bind()),

@@ -48,6 +48,7 @@ pub(crate) struct ThicknessPasses {
     prepare: ComputePipeline,
     thickness: SplatPipelines,
     stand_ins: ComputePipeline,
+    resolve: ComputePipeline,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
     upsample: ComputePipeline,
@@ -55,19 +56,20 @@ pub(crate) struct ThicknessPasses {
 
 impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let first = Definition { name: "FIRST", value: 1 };
+        let columns = Definition { name: "COLUMNS", value: 1 };
         let stand_in = Definition { name: "STAND_IN", value: 1 };
         Ok(Self {
             prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
             thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[], COUNTER)?,
             stand_ins: counted_pipeline(gpu, shader!("ssfr/thickness"), &[stand_in], COUNTER)?,
-            smooth_rows: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[first])?,
-            smooth_columns: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
+            resolve: pipeline(gpu, shader!("ssfr/thickness_resolve"))?,
+            smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
+            smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[columns])?,
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample"))?,
         })
     }
 
-    #[expect(clippy::too_many_arguments, reason = "inputs and outputs of five passes, each used once")]
+    #[expect(clippy::too_many_arguments, reason = "inputs and outputs of six passes, each used once")]
     pub(crate) fn record(
         &self,
         recorder: &mut Recorder,
@@ -99,12 +101,9 @@ impl ThicknessPasses {
                 ("camera", camera.clone()),
                 ("thickness", thickness.clone()),
                 ("scene_distance", scene_distance.bind()),
-                ("distance", images.unfiltered.bind()),
-                ("radius", images.radius.bind()),
+                ("front", images.front.bind()),
+                ("reduced", reduced.surface.bind()),
                 ("limit", reduced.limit.bind()),
-                ("nearest", reduced.nearest.bind()),
-                ("covered", reduced.covered.bind()),
-                ("sigma", reduced.sigma.bind()),
                 ("sum", reduced.sum.bind()),
             ],
             pixels,
@@ -131,41 +130,37 @@ impl ThicknessPasses {
         }
         recorder.compute(
             gpu,
-            "ssfr.thickness_smooth",
-            &self.smooth_rows,
+            "ssfr.thickness_resolve",
+            &self.resolve,
             &[
                 ("thickness", thickness.clone()),
-                ("sigma", reduced.sigma.bind()),
-                ("covered", reduced.covered.bind()),
+                ("reduced", reduced.surface.bind()),
                 ("sum", reduced.sum.bind()),
-                ("smoothed", reduced.rows.bind()),
+                ("resolved", reduced.resolved.bind()),
             ],
             pixels,
         );
-        recorder.compute(
-            gpu,
-            "ssfr.thickness_smooth",
-            &self.smooth_columns,
-            &[
+        for (pipeline, source, smoothed) in [
+            (&self.smooth_rows, &reduced.resolved, &reduced.rows),
+            (&self.smooth_columns, &reduced.rows, &reduced.resolved),
+        ] {
+            let bindings = [
                 ("thickness", thickness.clone()),
-                ("sigma", reduced.sigma.bind()),
-                ("rows", reduced.rows.bind()),
-                ("smoothed", reduced.smoothed.bind()),
-            ],
-            pixels,
-        );
+                ("reduced", reduced.surface.bind()),
+                ("source", source.bind()),
+                ("smoothed", smoothed.bind()),
+            ];
+            recorder.compute(gpu, "ssfr.thickness_smooth", pipeline, &bindings, pixels);
+        }
         recorder.compute(
             gpu,
             "ssfr.thickness_upsample",
             &self.upsample,
             &[
-                ("camera", camera.clone()),
                 ("thickness", thickness),
-                ("distance", images.unfiltered.bind()),
-                ("radius", images.radius.bind()),
-                ("nearest", reduced.nearest.bind()),
-                ("covered", reduced.covered.bind()),
-                ("smoothed", reduced.smoothed.bind()),
+                ("front", images.front.bind()),
+                ("reduced", reduced.surface.bind()),
+                ("smoothed", reduced.resolved.bind()),
                 ("length_world", images.thickness.bind()),
                 ("covered_pixels", images.covered.bind()),
             ],

@@ -101,7 +101,7 @@ pub fn render_together(
     let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), params).unwrap();
     let images = SurfaceImages::new(gpu, first.size, params).unwrap();
     let scene_distance = Texture::<SceneDistance>::new(gpu, first.size).unwrap();
-    scene_distance.write(gpu, bytes_of(&first.scene_distance));
+    scene_distance.write(gpu, &first.scene_distance);
     let uploaded: Vec<Uploaded> = scenes.iter().map(|scene| Uploaded::new(gpu, scene)).collect();
     let pages: Vec<[SplatInput<'_>; 1]> = uploaded.iter().map(|set| [set.page()]).collect();
     let sets: Vec<SplatSet<'_>> = std::iter::zip(scenes, &pages)
@@ -122,11 +122,12 @@ pub fn render_together(
         gpu.wait().unwrap();
         costs = recorder.take_costs(gpu);
     }
+    let front = images.front.read(gpu).unwrap();
     let frame = Frame {
         size: first.size,
-        unfiltered: images.unfiltered.read(gpu).unwrap(),
+        unfiltered: front.iter().map(|sphere| sphere[0]).collect(),
         distance: images.distance.read(gpu).unwrap(),
-        radius: images.radius.read(gpu).unwrap(),
+        radius: front.iter().map(|sphere| sphere[1]).collect(),
         thickness: images.thickness.read(gpu).unwrap(),
         normal: images.normal.read(gpu).unwrap(),
     };
@@ -171,10 +172,6 @@ impl Uploaded {
             stand_ins: Some((&self.spheres, &self.of_spheres)),
         }
     }
-}
-
-pub fn bytes_of(values: &[f32]) -> &[u8] {
-    bytemuck::cast_slice(values)
 }
 
 /// Ranges of at most 1024 over `count` particles.
