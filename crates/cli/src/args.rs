@@ -253,8 +253,8 @@ pub struct PictureArgs {
     #[arg(long, value_name = "NAME")]
     pub lighting: Option<String>,
 
-    /// Colour the water by this attribute: of a vector the magnitude, or a component as in velocity:x. The range is that of the
-    /// whole series.
+    /// Colour the water and all other sets by this attribute: of a vector the magnitude, or a component as in velocity:x. The range
+    /// is that of the whole series; sets without the attribute keep their colour.
     #[arg(long, value_name = "NAME[:COMPONENT]")]
     pub color_by: Option<String>,
 

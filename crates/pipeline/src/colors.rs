@@ -1,7 +1,9 @@
-//! Water coloured by an attribute.
+//! Water and other sets coloured by an attribute.
+
+use std::collections::BTreeSet;
 
 use meniscus_color::{ColorError, ColorMap, ColorScale, Quantity, range_of};
-use meniscus_core::{Choice, FrameRequest, Look, ParticleFrame, SetFrame};
+use meniscus_core::{Attribute, Choice, FrameRequest, Look, ParticleFrame, SetFrame};
 use meniscus_gpu::role::{AttributeValues, SurfaceColor};
 use meniscus_gpu::{Binding, Buffer, Gpu, GpuError, Image, Recorder};
 use meniscus_lod::ChunkedSet;
@@ -16,12 +18,12 @@ const TABLE: u32 = 256;
 /// Values of a frame that the automatic range is found from, at least.
 const SAMPLED: usize = 1 << 18;
 
-/// Which attribute colours the water, and how.
+/// Which attribute colours the particles, and how.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ColorSettings {
-    /// Name of the attribute; of one with several numbers the magnitude, or a component as `velocity:x`. None: the water has its
-    /// own colour.
+    /// Name of the attribute; of one with several numbers the magnitude, or a component as `velocity:x`. None: everything
+    /// has its own colour.
     pub by: Option<String>,
     /// Colour map.
     pub map: String,
@@ -40,7 +42,7 @@ impl Default for ColorSettings {
 }
 
 impl ColorSettings {
-    /// What colours the water.
+    /// What colours the particles.
     pub(crate) fn quantity(&self) -> Result<Option<Quantity>, ColorError> {
         self.by.as_deref().map(str::parse).transpose()
     }
@@ -100,13 +102,11 @@ fn short(value: f64) -> f64 {
     format!("{value:.5e}").parse().unwrap_or(value)
 }
 
-/// Values of a frame's water for [`ColorSettings::scale`], spread evenly over it.
+/// Values of a frame's drawn sets for [`ColorSettings::scale`], spread evenly over each.
 pub(crate) fn sample(frame: &SetFrame, quantity: &Quantity) -> Vec<f32> {
-    let water = frame.sets.iter().filter(|set| set.look == Look::Water);
+    let drawn = frame.sets.iter().filter(|set| set.look != Look::Hidden);
     let values = |particles: &ParticleFrame| -> Vec<f32> {
-        let Some(attribute) = particles.attributes.iter().find(|a| a.name == quantity.attribute) else {
-            return Vec::new();
-        };
+        let Some(attribute) = attribute_of(particles, quantity) else { return Vec::new() };
         let step = (particles.len() / SAMPLED).max(1);
         attribute
             .values
@@ -115,15 +115,38 @@ pub(crate) fn sample(frame: &SetFrame, quantity: &Quantity) -> Vec<f32> {
             .map(|v| quantity.of(v))
             .collect()
     };
-    water.flat_map(|set| values(&set.particles)).collect()
+    drawn.flat_map(|set| values(&set.particles)).collect()
+}
+
+/// Names of a frame's drawn sets that do not have the attribute: files beside the water need not.
+pub(crate) fn without_values<'a>(frame: &'a SetFrame, quantity: &Quantity) -> impl Iterator<Item = &'a str> {
+    let drawn = frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
+    drawn.filter(|set| attribute_of(&set.particles, quantity).is_none()).map(|set| set.name.as_str())
+}
+
+/// Says that the sets `names` keep their own colour; `None` where there are none.
+pub(crate) fn uncolored(names: &BTreeSet<String>, quantity: &Quantity) -> Option<Choice> {
+    let (one, reason) = match names.len() {
+        0 => return None,
+        1 => ("set", "its files have"),
+        _ => ("sets", "their files have"),
+    };
+    Some(Choice {
+        what: format!("colours of {one} {}", names.iter().map(String::as_str).collect::<Vec<_>>().join(", ")),
+        value: "as without --color-by".into(),
+        reason: format!("{reason} no attribute \"{}\"", quantity.attribute),
+        flag: "--color-by NAME, one that all have".into(),
+    })
+}
+
+fn attribute_of<'a>(particles: &'a ParticleFrame, quantity: &Quantity) -> Option<&'a Attribute> {
+    particles.attributes.iter().find(|attribute| attribute.name == quantity.attribute)
 }
 
 /// The quantity of every particle in the order of `chunked`, [`NO_VALUE`] for what is no number; empty where the set does not have
 /// the attribute.
 pub(crate) fn values_of(particles: &ParticleFrame, chunked: &ChunkedSet, quantity: &Quantity) -> Vec<f32> {
-    let Some(attribute) = particles.attributes.iter().find(|a| a.name == quantity.attribute) else {
-        return Vec::new();
-    };
+    let Some(attribute) = attribute_of(particles, quantity) else { return Vec::new() };
     let components = attribute.components.max(1);
     let value = |&index: &u32| {
         let first = index as usize * components;
@@ -162,11 +185,12 @@ impl GpuValues {
     }
 }
 
-/// Colours the surface on one scale; made for one size of pictures.
+/// Colours surfaces on one scale, one at a time; made for one size of pictures.
 #[derive(Debug)]
 pub(crate) struct SurfaceColors {
     coloring: Coloring,
     scale: ColorScale,
+    /// Colours of the surface that was recorded last.
     pub(crate) image: Image<SurfaceColor>,
 }
 

@@ -18,9 +18,9 @@ pub enum PipelineError {
     /// The colour scale is none.
     #[error(transparent)]
     Color(#[from] meniscus_color::ColorError),
-    /// No particle has a value of what the water is to be coloured by.
+    /// No particle has a value of what the particles are to be coloured by.
     #[error(
-        "--color-by: no particle of the water has a {of} as `{quantity}` in the first, middle and last frame; give --color-range"
+        "--color-by: no particle that is drawn has a {of} as `{quantity}` in the first, middle and last frame; give --color-range"
     )]
     NothingToColor {
         /// The attribute, and its component.

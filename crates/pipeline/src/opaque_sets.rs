@@ -1,11 +1,12 @@
 use meniscus_core::Look;
-use meniscus_gpu::role::{SceneColor, SceneDistance};
-use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder, Texture};
+use meniscus_gpu::role::{SceneColor, SceneDistance, SurfaceColor};
+use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder, Texture};
 use meniscus_scene::Material;
 use meniscus_shading::{SceneGeometry, SolidPass, SolidSurface, SunView};
 use meniscus_ssfr::filter::NoFilter;
-use meniscus_ssfr::{FilterChoice, SplatSet, Ssfr, SsfrParams, SurfaceImages};
+use meniscus_ssfr::{ColoredSet, FilterChoice, SplatSet, Ssfr, SsfrParams, SurfaceImages};
 
+use crate::colors::SurfaceColors;
 use crate::{PipelineError, Registry};
 
 /// A drawn scene, which sets become part of.
@@ -22,6 +23,8 @@ pub(crate) struct OpaqueSets {
     spheres: Ssfr,
     pass: SolidPass,
     images: SurfaceImages,
+    /// A single pixel, for sets that no attribute colours.
+    no_color: Image<SurfaceColor>,
 }
 
 impl OpaqueSets {
@@ -39,6 +42,7 @@ impl OpaqueSets {
             spheres: Ssfr::new(gpu, &registry.filters, &spheres)?,
             pass: SolidPass::new(gpu)?,
             images: SurfaceImages::new(gpu, size, params)?,
+            no_color: Image::new(gpu, [1, 1])?,
         })
     }
 
@@ -46,7 +50,9 @@ impl OpaqueSets {
         self.images.size()
     }
 
-    /// Draws all `sets` of one look into `scene`. The camera comes as values for one stage and as a binding for the other.
+    /// Draws `sets` of one look into `scene`, with `colors` coloured by their values. The camera comes as values for one stage and as
+    /// a binding for the other.
+    #[expect(clippy::too_many_arguments, reason = "it draws a whole picture")]
     pub(crate) fn record(
         &self,
         gpu: &Gpu,
@@ -54,17 +60,23 @@ impl OpaqueSets {
         (camera, camera_binding): (&CameraUniform, &Binding),
         scene: &Scene<'_>,
         look: Look,
-        sets: &[SplatSet<'_>],
+        sets: &[ColoredSet<'_>],
+        colors: Option<&SurfaceColors>,
     ) {
         let (stage, material) = match look {
             Look::Solid => (&self.solid, "soil"),
             Look::Spheres => (&self.spheres, "plain"),
             Look::Water | Look::Hidden => return,
         };
-        stage.record_opaque(recorder, gpu, camera_binding, sets, scene.distance, &self.images);
+        let splats: Vec<SplatSet> = sets.iter().map(|set| set.set).collect();
+        stage.record_opaque(recorder, gpu, camera_binding, &splats, scene.distance, &self.images);
+        if let Some(colors) = colors {
+            colors.record(gpu, recorder, camera_binding, sets, &self.images);
+        }
         let surface = SolidSurface {
             distance: &self.images.distance,
             normal: &self.images.normal,
+            color: colors.map_or(&self.no_color, |colors| &colors.image),
             material: Material::named(material).unwrap_or_default(),
         };
         let shadows = scene.shadows.as_ref();

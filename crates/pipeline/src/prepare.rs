@@ -30,7 +30,7 @@ pub struct PreparedSet {
     pub has_ids: bool,
     /// Its particles in chunks.
     pub chunked: ChunkedSet,
-    /// What the water is coloured by, in the order of the chunked particles; empty where nothing is.
+    /// What it is coloured by, in the order of the chunked particles; empty where nothing is.
     pub values: Vec<f32>,
 }
 
@@ -47,7 +47,7 @@ pub struct Preparer {
     pub(crate) page_particles: usize,
     pub(crate) spacing_world: f32,
     pub(crate) identity: Identity,
-    /// What the water is coloured by.
+    /// What the sets are coloured by.
     pub(crate) quantity: Option<Quantity>,
     /// What foam of the water is found by.
     pub(crate) foam: Option<FoamOptions>,
@@ -67,7 +67,7 @@ impl Preparer {
             .map(|set| {
                 let foam = self.foam.as_ref().filter(|_| set.look == Look::Water);
                 let chunked = chunks::build_with_foam(&set.particles, &options, foam);
-                let quantity = self.quantity.as_ref().filter(|_| set.look == Look::Water);
+                let quantity = self.quantity.as_ref();
                 let values = quantity.map(|q| values_of(&set.particles, &chunked, q)).unwrap_or_default();
                 let has_ids = !set.particles.ids.is_empty();
                 PreparedSet { name: set.name, look: set.look, has_ids, chunked, values }

@@ -443,20 +443,29 @@ impl Renderer {
             &images.scene_depth,
         );
         let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(|set| splat_inputs(&set.gpu)).collect();
-        let splats = |look: Look| -> Vec<SplatSet> {
-            let of_look = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
-            of_look.map(|(set, pages)| splat_set(pages, world, set.selector.selection())).collect()
+        // The sets that are drawn in this way and have values to be coloured by, and those that have none.
+        let of_look = |look: Look| -> (Vec<ColoredSet>, Vec<ColoredSet>) {
+            let sets = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
+            let colored = sets.map(|(set, pages)| ColoredSet {
+                set: splat_set(pages, world, set.selector.selection()),
+                values: &set.values.pages,
+            });
+            colored.partition(|set| !set.values.is_empty())
         };
         for look in OPAQUE_LOOKS {
-            let sets = splats(look);
-            if let (Some(opaque), false) = (&self.opaque, sets.is_empty()) {
-                let camera = (&uniform, &camera_binding);
-                let scene =
-                    Scene { geometry, shadows, color: &images.scene_color, distance: &images.scene_distance };
-                opaque.record(&self.gpu, &mut self.recorder, camera, &scene, look, &sets);
+            let (colored, plain) = of_look(look);
+            // One after the other: a particle's colour spreads to whatever is near it.
+            for (sets, colors) in [(colored, self.colors.as_ref()), (plain, None)] {
+                if let (Some(opaque), false) = (&self.opaque, sets.is_empty()) {
+                    let camera = (&uniform, &camera_binding);
+                    let (color, distance) = (&images.scene_color, &images.scene_distance);
+                    let scene = Scene { geometry, shadows, color, distance };
+                    opaque.record(&self.gpu, &mut self.recorder, camera, &scene, look, &sets, colors);
+                }
             }
         }
-        let sets = splats(Look::Water);
+        let (colored, plain) = of_look(Look::Water);
+        let sets: Vec<SplatSet> = colored.iter().chain(&plain).map(|set| set.set).collect();
         self.surface.record(
             &mut self.recorder,
             &self.gpu,
@@ -466,10 +475,6 @@ impl Renderer {
             &images.surface,
         );
         if let Some(colors) = &self.colors {
-            let water = self.sets.iter().filter(|set| set.look == Look::Water);
-            let colored = std::iter::zip(water, &sets).filter(|(set, _)| !set.values.pages.is_empty());
-            let colored: Vec<_> =
-                colored.map(|(from, set)| ColoredSet { set: *set, values: &from.values.pages }).collect();
             colors.record(&self.gpu, &mut self.recorder, &camera_binding, &colored, &images.surface);
         }
         let has_sunlight = self.sun.is_some() && self.lighting.uses_sunlight();

@@ -9,7 +9,7 @@ use meniscus_shading::{
     Caustics, CausticsPass, Landed, SceneGeometry, ScenePass, SunView as SunScene, SunWater, SunlightPass,
 };
 use meniscus_ssfr::filter::NarrowRange;
-use meniscus_ssfr::{FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
+use meniscus_ssfr::{ColoredSet, FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
 
 use crate::images::FrameImages;
 use crate::opaque_sets::{OpaqueSets, Scene};
@@ -201,7 +201,8 @@ impl SunView {
             of_look.map(|((seen, _), pages)| splat_set(pages, world, seen.selector.selection())).collect()
         };
         for look in OPAQUE_LOOKS {
-            let sets = splats(look);
+            // The sun asks what is there, not what colour it has.
+            let sets: Vec<_> = splats(look).into_iter().map(|set| ColoredSet { set, values: &[] }).collect();
             if let (Some(opaque), false) = (&self.opaque, sets.is_empty()) {
                 let camera = (&self.uniform, &camera_binding);
                 let scene = Scene {
@@ -210,7 +211,7 @@ impl SunView {
                     color: &self.scene_color,
                     distance: &self.scene_distance,
                 };
-                opaque.record(gpu, recorder, camera, &scene, look, &sets);
+                opaque.record(gpu, recorder, camera, &scene, look, &sets, None);
             }
         }
         if let Some(water) = &self.water {

@@ -5,7 +5,7 @@ use meniscus_lod::FoamOptions;
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
 
-use crate::colors::sample;
+use crate::colors::{sample, uncolored, without_values};
 use crate::measure::{column_depth, outline, robust_bounds};
 use crate::{FoamSettings, PipelineError, Settings, foam};
 
@@ -19,7 +19,7 @@ pub struct World {
     scale: WaterScale,
     request: FrameRequest,
     color: Option<ColorScale>,
-    color_choice: Option<Choice>,
+    color_choices: Vec<Choice>,
     foam: Option<(FoamOptions, Choice)>,
 }
 
@@ -99,11 +99,14 @@ impl World {
         };
         let values = measured.iter().flat_map(|m| m.values.iter().copied()).collect();
         let (color, color_choice) = settings.color.scale(values)?.unzip();
-        let (request, color_choice) = (request(settings)?, color_choice.flatten());
+        let plain = measured.iter().flat_map(|m| m.plain.iter().cloned()).collect();
+        let uncolored = color.as_ref().and_then(|scale| uncolored(&plain, &scale.quantity));
+        let color_choices = color_choice.flatten().into_iter().chain(uncolored).collect();
+        let request = request(settings)?;
         let walls = foam::walls(&measured.iter().map(|m| m.bounds).collect::<Vec<_>>(), spacing);
         let speeds = measured.iter().flat_map(|m| m.speeds.iter().copied()).collect();
         let foam = settings.foam.options(speeds, walls, &space, scale);
-        Ok(Self { space, bounds, outline, scene, scale, request, color, color_choice, foam })
+        Ok(Self { space, bounds, outline, scene, scale, request, color, color_choices, foam })
     }
 
     /// Origin, spacing, radius, up axis.
@@ -137,7 +140,7 @@ impl World {
         &self.request
     }
 
-    /// What the water is coloured by, the same over the whole series.
+    /// What the particles are coloured by, the same over the whole series.
     pub fn color(&self) -> Option<&ColorScale> {
         self.color.as_ref()
     }
@@ -161,7 +164,7 @@ impl World {
             flag: "--param lighting.attenuation_scale=FACTOR".into(),
         };
         let foam = self.foam.as_ref().map(|(_, choice)| choice.clone());
-        std::iter::once(absorption).chain(self.color_choice.clone()).chain(foam).collect()
+        std::iter::once(absorption).chain(self.color_choices.iter().cloned()).chain(foam).collect()
     }
 }
 
@@ -177,8 +180,10 @@ struct Measured {
     outline: Vec<Vec3>,
     /// Median depth of water columns, `None` without water.
     depth: Option<f32>,
-    /// What the water is coloured by, of particles spread over the frame.
+    /// What the sets are coloured by, of particles spread over the frame.
     values: Vec<f32>,
+    /// Names of sets that have no such attribute.
+    plain: Vec<String>,
     /// How fast some of the particles move relative to their mean; empty where foam does not ask for it.
     speeds: Vec<f32>,
 }
@@ -194,7 +199,8 @@ impl Measured {
             .map(|set| column_depth(&set.particles, space.up, spacing))
             .reduce(f32::max);
         let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
+        let plain = quantity.map(|quantity| without_values(frame, quantity).map(str::to_owned).collect());
         let speeds = foam.velocity().map(|velocity| foam::sample(frame, velocity)).unwrap_or_default();
-        Self { bounds, outline, depth, values, speeds }
+        Self { bounds, outline, depth, values, plain: plain.unwrap_or_default(), speeds }
     }
 }

@@ -1,6 +1,6 @@
-use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, TextureRole, ViewNormal};
+use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, SurfaceColor, TextureRole, ViewNormal};
 use meniscus_gpu::{
-    CameraUniform, Definition, Gpu, GpuError, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader,
+    CameraUniform, Definition, Gpu, GpuError, Image, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader,
     Texture, shader,
 };
 use meniscus_scene::Material;
@@ -17,6 +17,8 @@ pub struct SolidSurface<'a> {
     pub distance: &'a Texture<EyeDistance>,
     /// Normals.
     pub normal: &'a Texture<ViewNormal>,
+    /// Colour that an attribute gives it in place of the material's, or a single pixel of alpha 0 where none does.
+    pub color: &'a Image<SurfaceColor>,
     /// What it is made of; patterns are left out, for they would swim over moving particles.
     pub material: Material,
 }
@@ -62,6 +64,7 @@ impl SolidPass {
             ("material", recorder.uniform(&MaterialUniform::from(&surface.material))),
             ("distances", surface.distance.bind()),
             ("normals", surface.normal.bind()),
+            ("surface_colors", surface.color.bind()),
         ];
         bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));

@@ -3,6 +3,7 @@
 mod absurd;
 mod adapters;
 mod bench;
+mod colors;
 mod compare;
 mod convert;
 mod counters;
