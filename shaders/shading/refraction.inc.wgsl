@@ -2,6 +2,7 @@
 
 #import meniscus::camera::project_px
 #import meniscus::lighting_inputs::{camera, scene_color, scene_distance, surroundings, to_world, point_to_world}
+#import meniscus::scene_march::{Crossing, clearance, meeting, narrowed}
 #import meniscus::surroundings::trace_floor
 #import meniscus::water::WaterPoint
 
@@ -9,50 +10,10 @@
 
 // Steps of the march along the refracted ray.
 const MARCH_STEPS: i32 = 4;
-// Halvings of a step in which the ray passes from in front of the scene to behind it.
-const BISECTIONS: i32 = 4;
 // Most that a refracted path may exceed the thickness along the view ray.
 const MIN_PATH_COSINE: f32 = 0.3;
 // More is no water; paths stay finite.
 const MAX_THICKNESS: f32 = 1e30;
-
-fn inside(px: vec2<f32>) -> bool {
-    return all(px >= vec2(0.0)) && all(px < vec2<f32>(camera.size_px));
-}
-
-// How far the point lies in front of the opaque scene along the view axis, within +-`limit`; samples in front of the water
-// do not count as scene, nor does what lies outside of the picture.
-fn clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -> f32 {
-    let px = project_px(camera, position_view);
-    if !inside(px) {
-        return limit;
-    }
-    let scene = textureLoad(scene_distance, vec2<i32>(px), 0).x;
-    return select(clamp(scene + position_view.z, -limit, limit), limit, scene < water_distance);
-}
-
-// As `clearance`, with the scene interpolated between pixels: without it, refracted lines are ragged. The reciprocal distance
-// is linear over the picture of a plane, in parallel projection the distance itself.
-fn smooth_clearance(position_view: vec3<f32>, water_distance: f32, limit: f32) -> f32 {
-    let px = project_px(camera, position_view);
-    if !inside(px) {
-        return limit;
-    }
-    let base = floor(px - 0.5);
-    let f = px - 0.5 - base;
-    let last = vec2<i32>(camera.size_px) - 1;
-    let low = clamp(vec2<i32>(base), vec2(0), last);
-    let high = clamp(vec2<i32>(base) + 1, vec2(0), last);
-    let d = vec4(
-        textureLoad(scene_distance, low, 0).x,
-        textureLoad(scene_distance, vec2(high.x, low.y), 0).x,
-        textureLoad(scene_distance, vec2(low.x, high.y), 0).x,
-        textureLoad(scene_distance, high, 0).x,
-    );
-    let weights = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
-    let scene = select(1.0 / max(dot(weights, 1.0 / d), 1e-30), dot(weights, min(d, vec4(1e30))), camera.orthographic != 0u);
-    return select(clamp(scene + position_view.z, -limit, limit), limit, any(d < vec4(water_distance)));
-}
 
 // Where the march along the refracted ray ends.
 struct March {
@@ -73,25 +34,12 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
         let end = step_world * f32(i);
         let end_gap = clearance(water.position_view + end * direction, water.distance, reach);
         if end_gap < 0.0 && !hidden {
-            var far = end;
-            var far_gap = end_gap;
-            for (var k = 0; k < BISECTIONS; k++) {
-                let middle = 0.5 * (seen + far);
-                let gap = clearance(water.position_view + middle * direction, water.distance, reach);
-                if gap < 0.0 {
-                    far = middle;
-                    far_gap = gap;
-                } else {
-                    seen = middle;
-                    seen_gap = gap;
-                }
-            }
-            if seen_gap - far_gap <= 0.5 * step_world {
-                // False position, then Newton's step on the interpolated scene with the slope found so far.
-                let per_gap = (far - seen) / (seen_gap - far_gap);
-                let s = seen + seen_gap * per_gap;
-                let gap = smooth_clearance(water.position_view + s * direction, water.distance, reach);
-                let met = clamp(s + gap * per_gap, seen, far);
+            let wide = Crossing(seen, seen_gap, end, end_gap);
+            let crossing = narrowed(water.position_view, direction, wide, water.distance, reach);
+            seen = crossing.seen;
+            seen_gap = crossing.seen_gap;
+            if seen_gap - crossing.far_gap <= 0.5 * step_world {
+                let met = meeting(water.position_view, direction, crossing, water.distance, reach);
                 return March(met, met);
             }
         }

@@ -60,6 +60,7 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/medium"),
     shader!(include "shading/lighting_inputs"),
     shader!(include "shading/neighbourhood"),
+    shader!(include "shading/scene_march"),
     shader!(include "shading/refraction"),
     shader!(include "shading/reflection"),
     shader!(include "shading/shadow"),

@@ -14,6 +14,7 @@ pub(crate) mod opaque_liquid;
 pub(crate) mod point_light;
 mod reflection;
 mod refraction;
+mod scene_march;
 mod shadow;
 pub(crate) mod sky;
 pub(crate) mod surroundings;

@@ -2,13 +2,13 @@
 
 use glam::{IVec2, Vec2, Vec3};
 
+use super::scene_march::{Crossing, clearance, meeting, narrowed, smooth_clearance};
 use super::surroundings::trace_floor;
 use super::view::{point_to_world, project_px, to_world};
 use super::water::WaterPoint;
 use super::{TwinInput, mix};
 
 const MARCH_STEPS: i32 = 4;
-const BISECTIONS: i32 = 4;
 const MIN_PATH_COSINE: f32 = 0.3;
 const MAX_THICKNESS: f32 = 1e30;
 
@@ -17,35 +17,6 @@ pub(super) fn refract(incident: Vec3, normal: Vec3, eta: f32) -> Vec3 {
     let c = normal.dot(incident);
     let k = 1.0 - eta * eta * (1.0 - c * c);
     if k < 0.0 { Vec3::ZERO } else { eta * incident - (eta * c + k.sqrt()) * normal }
-}
-
-fn clearance(input: &TwinInput<'_>, position_view: Vec3, water_distance: f32, limit: f32) -> f32 {
-    let px = project_px(input.camera, position_view);
-    if !input.inside(px) {
-        return limit;
-    }
-    let scene = input.scene_distance[input.index(px.as_ivec2())];
-    if scene < water_distance { limit } else { (scene + position_view.z).clamp(-limit, limit) }
-}
-
-fn smooth_clearance(input: &TwinInput<'_>, position_view: Vec3, water_distance: f32, limit: f32) -> f32 {
-    let px = project_px(input.camera, position_view);
-    if !input.inside(px) {
-        return limit;
-    }
-    let base = (px - 0.5).floor();
-    let f = px - 0.5 - base;
-    let corners = [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE];
-    let d = corners.map(|offset| input.scene_distance[input.clamped(base.as_ivec2() + offset)]);
-    let weights = [(1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y];
-    let mean = |of: fn(f32) -> f32| d.iter().zip(weights).map(|(&d, w)| w * of(d)).sum::<f32>();
-    let scene = if input.camera.orthographic != 0 {
-        mean(|d| d.min(1e30))
-    } else {
-        1.0 / mean(|d| 1.0 / d).max(1e-30)
-    };
-    let in_front = d.iter().any(|&d| d < water_distance);
-    if in_front { limit } else { (scene + position_view.z).clamp(-limit, limit) }
 }
 
 /// Where the march along the refracted ray ends.
@@ -64,21 +35,12 @@ fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach:
         let end = step_world * i as f32;
         let end_gap = gap_at(end);
         if end_gap < 0.0 && !hidden {
-            let (mut far, mut far_gap) = (end, end_gap);
-            for _ in 0..BISECTIONS {
-                let middle = 0.5 * (seen + far);
-                let gap = gap_at(middle);
-                if gap < 0.0 {
-                    (far, far_gap) = (middle, gap);
-                } else {
-                    (seen, seen_gap) = (middle, gap);
-                }
-            }
-            if seen_gap - far_gap <= 0.5 * step_world {
-                let per_gap = (far - seen) / (seen_gap - far_gap);
-                let s = seen + seen_gap * per_gap;
-                let gap = smooth_clearance(input, at(s), water.distance, reach);
-                let met = (s + gap * per_gap).clamp(seen, far);
+            let wide = Crossing { seen, seen_gap, far: end, far_gap: end_gap };
+            let crossing = narrowed(gap_at, wide);
+            (seen, seen_gap) = (crossing.seen, crossing.seen_gap);
+            if seen_gap - crossing.far_gap <= 0.5 * step_world {
+                let smooth_gap_at = |s: f32| smooth_clearance(input, at(s), water.distance, reach);
+                let met = meeting(smooth_gap_at, &crossing);
                 return March { length_world: met, seen_world: met };
             }
         }
