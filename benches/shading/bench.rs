@@ -125,6 +125,7 @@ impl Studio {
             camera: &self.camera,
             surroundings: self.geometry.surroundings(),
             environment: self.geometry.environment(),
+            objects: None,
             scale: SCALE,
             covered: &self.covered,
             distance: &self.distance,

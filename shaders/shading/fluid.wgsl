@@ -8,6 +8,9 @@
 #import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::{Neighbourhood, neighbourhood}
+#ifdef REFLECTED_OBJECTS
+#import meniscus::reflected_objects::reflected_object
+#endif
 #import meniscus::reflection::{environment, mirrored, sun_glint}
 #import meniscus::refraction::{Path, background, refracted_path}
 #import meniscus::shadow::{shadow, sky_at}
@@ -61,7 +64,12 @@ fn shade(sky: Sky, water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, 
 
     let clear = transmitted(model.medium, sky, normal, behind, path_world);
     let through = tinted(sky, clear, tint, normal);
-    let mirror = environment(position, mirrored(normal, to_eye), model.alpha);
+    let direction = mirrored(normal, to_eye);
+    var mirror = environment(position, direction, model.alpha);
+#ifdef REFLECTED_OBJECTS
+    let object = reflected_object(water, direction, model.alpha);
+    mirror = mix(mirror, object.rgb, object.a);
+#endif
 
     // The variance of the normals widens the sun's lobe (Kaplanyan et al. 2016), so that noise does not become speckle. At
     // grazing view the lobe is fed by the rims of single particles: fade it.

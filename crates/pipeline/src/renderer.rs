@@ -2,10 +2,10 @@ use std::sync::Arc;
 use std::time::Instant;
 
 use meniscus_compositor::Compositor;
-use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
+use meniscus_core::{Aabb, Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
 use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Span, Timing};
-use meniscus_lod::weight::GROWS_BELOW;
+use meniscus_lod::weight::{GROWS_BELOW, MAX_GROWTH};
 use meniscus_lod::{
     GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
     Viewpoint, explain,
@@ -21,7 +21,10 @@ use crate::images::FrameImages;
 use crate::lod_view::{self, Canvas, Explained, LodView};
 use crate::opaque_sets::{OpaqueSets, Scene};
 use crate::sun_view::{SunView, SunViewNeeds};
-use crate::{PipelineError, PreparedFrame, Preparer, Registry, Settings, SettingsError, UploadAhead, World};
+use crate::{
+    PipelineError, PreparedFrame, PreparedSet, Preparer, Registry, Settings, SettingsError, UploadAhead,
+    World,
+};
 
 /// A finished picture.
 #[derive(Clone, Debug)]
@@ -485,6 +488,7 @@ impl Renderer {
             camera: &uniform,
             surroundings: geometry.surroundings(),
             environment: geometry.environment(),
+            objects: objects(frame, world, geometry),
             scale: world.scale(),
             covered: &images.surface.covered,
             distance: &images.surface.distance,
@@ -615,6 +619,19 @@ impl DrawnSet {
             selector: Selector::default(),
         }
     }
+}
+
+/// Box around all that is opaque but the floor: objects of the scene and particles that are drawn opaque.
+fn objects(frame: &PreparedFrame, world: &World, geometry: &SceneGeometry) -> Option<Aabb> {
+    let sets = frame.sets.iter().filter(|set| OPAQUE_LOOKS.contains(&set.look));
+    let of_set = |set: &PreparedSet| {
+        let largest = set.chunked.chunks.iter().map(|chunk| chunk.largest).fold(1.0, f32::max);
+        // Particles that are kept for others grow.
+        set.chunked.bounds.inflated(MAX_GROWTH * largest * world.space().radius as f32)
+    };
+    let bounds =
+        sets.filter(|set| !set.chunked.chunks.is_empty()).map(of_set).fold(geometry.objects(), Aabb::union);
+    (!bounds.is_empty()).then_some(bounds)
 }
 
 pub(crate) fn viewpoint(world: &World, camera: &Camera, size_px: [u32; 2]) -> Viewpoint {

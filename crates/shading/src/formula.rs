@@ -18,6 +18,8 @@ use crate::{
 const PIXELS: Shader = shader!("shading/pixels");
 /// The pass over the pixels that show water.
 const WATER: Definition = Definition { name: "WATER", value: 1 };
+/// The same where there are objects that it reflects.
+const REFLECTED_OBJECTS: Definition = Definition { name: "REFLECTED_OBJECTS", value: 1 };
 
 /// The parameters of a model that shades each pixel by itself, and what becomes of them: all that such a model has
 /// of its own. [`PixelModel`] makes a [`LightingModel`] of it.
@@ -31,6 +33,9 @@ pub trait Formula:
     /// The module `meniscus::model`: `water_radiance` of a pixel that shows water, and `scene_radiance` of one that does not. Its own
     /// uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`.
     const SHADER: Shader;
+    /// Whether `water_radiance` shows objects in the mirror of the water where `REFLECTED_OBJECTS` is defined
+    /// (`meniscus::reflected_objects`).
+    const REFLECTS_OBJECTS: bool = false;
     /// Name of the pass over the water in reports, `stage.pass`; the pass over the scene is `shading.dry`.
     const PASS: &'static str;
     /// The parameters as the GPU sees them.
@@ -173,8 +178,9 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         let mut bindings = inputs.bindings(recorder);
         bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
         let size = inputs.camera.size_px;
-        let water =
-            self.water.choose(gpu, inputs.surroundings, |definitions| compile_water::<F>(gpu, definitions));
+        let reflected = (F::REFLECTS_OBJECTS && inputs.objects.is_some()).then_some(REFLECTED_OBJECTS);
+        let compile = |definitions: &_| compile_water::<F>(gpu, definitions);
+        let water = self.water.choose(gpu, inputs.surroundings, reflected, compile);
         for (name, pipeline, dispatch) in
             [("shading.dry", &self.scene, Dispatch::Pixels(size)), (F::PASS, water, covered::dispatch(size))]
         {

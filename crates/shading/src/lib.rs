@@ -13,6 +13,7 @@ mod liquid;
 mod medium;
 mod model;
 mod models;
+mod object_bounds;
 mod opaque_scene;
 mod parameters;
 mod pictured;
@@ -35,6 +36,7 @@ pub use models::{
     Lambert, LambertParameters, OpaqueLiquid, OpaqueLiquidParameters, PointLight, PointLightParameters, Vtk,
     VtkParameters,
 };
+pub use object_bounds::ObjectBounds;
 pub use opaque_scene::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
 pub use solid::{SolidPass, SolidSurface};
@@ -63,5 +65,6 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/scene_march"),
     shader!(include "shading/refraction"),
     shader!(include "shading/reflection"),
+    shader!(include "shading/reflected_objects"),
     shader!(include "shading/shadow"),
 ];

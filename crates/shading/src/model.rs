@@ -1,10 +1,11 @@
+use meniscus_core::Aabb;
 use meniscus_gpu::role::{
     EyeDistance, Radiance, SceneColor, SceneDistance, Scratch, SurfaceColor, Thickness, ViewNormal,
 };
 use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
-use crate::{EnvironmentMap, ShadingError, Sunlight, Surroundings};
+use crate::{EnvironmentMap, ObjectBounds, ShadingError, Sunlight, Surroundings};
 
 /// A model's parameters as JSON: what flags, files and panels deal in.
 pub type Parameters = serde_json::Map<String, serde_json::Value>;
@@ -49,6 +50,8 @@ pub struct LightingInputs<'a> {
     pub surroundings: &'a Surroundings,
     /// The picture of the surroundings, if there is one.
     pub environment: &'a EnvironmentMap,
+    /// Box around everything opaque but the floor, world units; `None` where there is nothing.
+    pub objects: Option<Aabb>,
     /// Lengths of the data.
     pub scale: WaterScale,
     /// The pixels that may show water, as `shaders/common/covered.inc.wgsl` has them.
@@ -74,7 +77,7 @@ pub struct LightingInputs<'a> {
 impl LightingInputs<'_> {
     /// Everything under its name in `meniscus::lighting_inputs`, for a pass of this frame.
     pub fn bindings(&self, recorder: &mut Recorder) -> Vec<(&'static str, Binding)> {
-        vec![
+        let mut bindings = vec![
             ("camera", recorder.uniform(self.camera)),
             ("surroundings", recorder.uniform(self.surroundings)),
             ("environment_texels", self.environment.texels().bind()),
@@ -86,7 +89,10 @@ impl LightingInputs<'_> {
             ("scene_color", self.scene_color.bind()),
             ("scene_distance", self.scene_distance.bind()),
             ("sunlight", self.sunlight.bind()),
-        ]
+        ];
+        let objects = self.objects.map(ObjectBounds::from);
+        bindings.extend(objects.map(|objects| ("objects", recorder.uniform(&objects))));
+        bindings
     }
 }
 

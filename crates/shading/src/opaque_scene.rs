@@ -1,6 +1,7 @@
 //! The opaque scene pass: sky, floor and objects with their distance.
 
 use bytemuck::{Pod, Zeroable};
+use meniscus_core::Aabb;
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
 use meniscus_gpu::{
     Buffer, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError,
@@ -70,6 +71,7 @@ pub struct SceneGeometry {
     materials: Buffer<Materials>,
     surroundings: Surroundings,
     environment: EnvironmentMap,
+    objects: Aabb,
 }
 
 impl SceneGeometry {
@@ -78,8 +80,10 @@ impl SceneGeometry {
     /// # Errors
     /// [`ShadingError::Gpu`] when the objects exceed the device's limits.
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, ShadingError> {
+        let mut bounds = Aabb::EMPTY;
         let (mut vertices, mut triangles, mut materials) = (Vec::new(), Vec::new(), Vec::new());
         for object in &scene.objects {
+            bounds = bounds.union(Aabb::of_points(&object.mesh.positions));
             let first = vertices.len() as u32;
             let material = materials.len() as u32;
             materials.push((&object.material).into());
@@ -100,12 +104,18 @@ impl SceneGeometry {
             materials: Buffer::from_slice(gpu, &materials)?,
             surroundings: Surroundings::new(scene),
             environment: EnvironmentMap::new(gpu, scene)?,
+            objects: bounds,
         })
     }
 
     /// Sun, sky and floor of the same scene, which lighting models need too.
     pub fn surroundings(&self) -> &Surroundings {
         &self.surroundings
+    }
+
+    /// Box around all objects, world; empty without any.
+    pub fn objects(&self) -> Aabb {
+        self.objects
     }
 
     /// The picture of the surroundings of the same scene, if it has one.

@@ -5,11 +5,11 @@ use meniscus_gpu::{Definition, Gpu, GpuError};
 use crate::Surroundings;
 
 /// A pass that looks at the surroundings, in variants that are made when they are first needed: with a picture in place of the
-/// sky, with shadows. Software drivers run through both sides of a choice in a shader.
+/// sky, with shadows or another kind of the pass's own. Software drivers run through both sides of a choice in a shader.
 #[derive(Debug)]
 pub(crate) struct Pictured<P> {
     plain: P,
-    /// Pictured, shadowed, both; the first is never made.
+    /// Neither, which is never made, pictured, of the pass's own kind, both.
     variants: [OnceLock<Option<P>>; 4],
 }
 
@@ -27,16 +27,6 @@ impl<P> Pictured<P> {
         &self.plain
     }
 
-    /// The pass for these surroundings, without shadows. What keeps it from compiling comes out of [`Gpu::wait`].
-    pub(crate) fn choose(
-        &self,
-        gpu: &Gpu,
-        surroundings: &Surroundings,
-        compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
-    ) -> &P {
-        self.choose_shadowed(gpu, surroundings, false, compile)
-    }
-
     /// As [`Self::choose`], with the shadows that objects throw if `is_shadowed`.
     pub(crate) fn choose_shadowed(
         &self,
@@ -45,15 +35,27 @@ impl<P> Pictured<P> {
         is_shadowed: bool,
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
+        self.choose(gpu, surroundings, is_shadowed.then_some(SHADOWED), compile)
+    }
+
+    /// The pass for these surroundings, of a kind of its own with `kind`, which is the same in every call that has one. What keeps
+    /// it from compiling comes out of [`Gpu::wait`].
+    pub(crate) fn choose(
+        &self,
+        gpu: &Gpu,
+        surroundings: &Surroundings,
+        kind: Option<Definition>,
+        compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
+    ) -> &P {
         let is_pictured = surroundings.environment.sharp[0] != 0;
         let mut definitions = Vec::new();
         definitions.extend(is_pictured.then_some(PICTURED));
-        definitions.extend(is_shadowed.then_some(SHADOWED));
+        definitions.extend(kind);
         if definitions.is_empty() {
             return &self.plain;
         }
         let make = || compile(&definitions).inspect_err(|error| gpu.report(error)).ok();
-        let variant = &self.variants[usize::from(is_pictured) + 2 * usize::from(is_shadowed)];
+        let variant = &self.variants[usize::from(is_pictured) + 2 * usize::from(kind.is_some())];
         variant.get_or_init(make).as_ref().unwrap_or(&self.plain)
     }
 }

@@ -6,6 +6,7 @@ mod colors;
 mod coordinates;
 mod detail;
 mod foam;
+mod mirrored_sets;
 mod playback;
 mod sizes;
 mod thickness;

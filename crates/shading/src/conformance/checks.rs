@@ -4,8 +4,8 @@ use serde_json::json;
 use super::Frame;
 use super::run::Run;
 use super::water::{
-    SIZE, cameras, flat_frame, patterned_frame, pictured_scene, pool_frame, tiled_scene, uniform_picture,
-    uniform_scene,
+    SIZE, add_wall, cameras, flat_frame, patterned_frame, pictured_scene, pool_frame, tiled_scene,
+    uniform_picture, uniform_scene,
 };
 use crate::WaterScale;
 use crate::twin::brdf::fresnel_dielectric;
@@ -33,7 +33,9 @@ pub(super) fn twin(run: &Run<'_>) -> Outcome {
         pictured.set_scene(pictured_scene());
         let mut dappled = plain.clone();
         dappled.dapple();
-        for frame in [plain, colored, pictured, dappled] {
+        let mut walled = plain.clone();
+        add_wall(&mut walled, [0.5, 0.25, 0.125, 1.0]);
+        for frame in [plain, colored, pictured, dappled, walled] {
             let (found, expected) = (run.on_gpu(&frame)?, frame.twin(&*model));
             let off = |i: usize| {
                 let channel = |c: usize| (found[i][c] - expected[i][c]).abs() / (0.05 + expected[i][c].abs());
@@ -125,19 +127,24 @@ pub(super) fn absurd_inputs(run: &Run<'_>) -> Outcome {
             frame.water.normal[i] = odd_normals[i % 7 % 5];
             frame.surface_color[i] = [[0.0; 4], [1.0; 4], [-3.0, 7.0, 1e30, 0.5]][i % 11 % 3];
         }
+        let mut walled = frame.clone();
+        add_wall(&mut walled, [6e4, 0.0, 1.0, 1.0]);
         for absurd in [0.0, 1e-20, 1.0, 1e20, -1.0, f32::NAN, f32::INFINITY] {
-            frame.scale = WaterScale { depth_world: absurd, spacing_world: absurd, metres_per_world: absurd };
-            let found = run.on_gpu(&frame)?;
-            if let Some(i) = found.iter().position(|pixel| !pixel.iter().all(|c| c.is_finite() && *c >= 0.0))
-            {
-                let (distance, thickness) = (frame.water.distance[i], frame.water.thickness[i]);
-                return Err(format!(
-                    "{} is {:?} for a distance of {distance}, a thickness of {thickness}, the normal {:08x}, and a scale \
-                     of {absurd}",
-                    frame.place(i),
-                    found[i],
-                    frame.water.normal[i]
-                ));
+            let scale = WaterScale { depth_world: absurd, spacing_world: absurd, metres_per_world: absurd };
+            for frame in [&mut frame, &mut walled] {
+                frame.scale = scale;
+                let found = run.on_gpu(frame)?;
+                let is_sane = |pixel: &[f32; 4]| pixel.iter().all(|c| c.is_finite() && *c >= 0.0);
+                if let Some(i) = found.iter().position(|pixel| !is_sane(pixel)) {
+                    let (distance, thickness) = (frame.water.distance[i], frame.water.thickness[i]);
+                    return Err(format!(
+                        "{} is {:?} for a distance of {distance}, a thickness of {thickness}, the normal {:08x}, and a scale \
+                         of {absurd}",
+                        frame.place(i),
+                        found[i],
+                        frame.water.normal[i]
+                    ));
+                }
             }
         }
     }
@@ -211,6 +218,8 @@ pub(super) fn makes_no_light(run: &Run<'_>) -> Outcome {
         let frame = pool_frame(&camera, SIZE, &uniform_scene(1.0), [1.0; 4]);
         let mut pictured = frame.clone();
         pictured.set_scene(uniform_picture(1.0));
+        let mut walled = frame.clone();
+        add_wall(&mut walled, [1.0; 4]);
         let bound = |image: Vec<[f32; 4]>, low: f32, what: &str| {
             // 2e-3: irradiance by quadrature, and sums of weights in f32.
             let off = |pixel: &[f32; 4]| pixel[..3].iter().any(|c| !(low - 2e-3..=1.0 + 2e-3).contains(c));
@@ -221,7 +230,7 @@ pub(super) fn makes_no_light(run: &Run<'_>) -> Outcome {
                 }
             }
         };
-        for frame in [&frame, &pictured] {
+        for frame in [&frame, &pictured, &walled] {
             bound(run.on_gpu(frame)?, 0.0, "")?;
             if run.promises.reflects_by_fresnel {
                 // Nothing absorbs: nothing may get lost either.

@@ -7,8 +7,8 @@ use meniscus_scene::Scene;
 
 use crate::twin::TwinInput;
 use crate::{
-    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ShadingError, Sunlight, SunlightPass,
-    Surroundings, WaterScale,
+    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ObjectBounds, ShadingError, Sunlight,
+    SunlightPass, Surroundings, WaterScale,
 };
 
 /// Surface images of one view, row by row from the top left.
@@ -100,6 +100,8 @@ pub struct Frame {
     pub surroundings: Surroundings,
     /// The scene that `surroundings` come from, for a picture of it.
     pub scene: Scene,
+    /// Box around all objects in it, world; `None` where there is nothing but the floor.
+    pub objects: Option<Aabb>,
     /// Lengths of the data.
     pub scale: WaterScale,
     /// The water.
@@ -129,6 +131,7 @@ impl Frame {
             camera: CameraUniform::new(camera, size),
             surroundings: Surroundings::new(scene),
             scene: scene.clone(),
+            objects: None,
             scale: WaterScale { depth_world: 1.0, spacing_world: 0.05, metres_per_world: 1.0 },
             water,
             surface_color: vec![[0.0; 4]],
@@ -191,6 +194,7 @@ impl Frame {
             camera: &self.camera,
             surroundings: &self.surroundings,
             environment: &EnvironmentMap::new(gpu, &self.scene)?,
+            objects: self.objects,
             scale: self.scale,
             covered: &Buffer::from_slice(gpu, &covered::list(size, shows))?,
             distance: &Texture::from_texels(gpu, size, &self.water.distance)?,
@@ -219,6 +223,7 @@ impl Frame {
             camera: &self.camera,
             surroundings: &self.surroundings,
             environment: &EnvironmentMap::texels_of(&self.scene),
+            objects: self.objects.map(ObjectBounds::from),
             scale: self.scale,
             distance: &self.water.distance,
             thickness: &self.water.thickness,

@@ -29,7 +29,7 @@ use run::Run;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Check {
     /// The pass gives what the twin on the CPU gives, over waves and a drop, in both projections, with and without an
-    /// attribute's colour.
+    /// attribute's colour, beside an object and without one.
     Twin,
     /// Where there is no water in the whole picture, it is the scene, bit for bit.
     NoWaterIsTheScene,

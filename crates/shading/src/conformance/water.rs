@@ -90,6 +90,20 @@ pub(super) fn patterned_frame(camera: &Camera) -> Frame {
     frame
 }
 
+/// Puts a wall of this colour behind the pool.
+pub(super) fn add_wall(frame: &mut Frame, color: [f32; 4]) {
+    let wall = Aabb { min: Vec3::new(-0.5, 0.0, -0.4), max: Vec3::new(2.5, 0.9, -0.1) };
+    let half = 0.5 * wall.extent();
+    let seen = cast(&frame.camera, wall, 0.01, |p| ((p - wall.center()).abs() - half).max_element());
+    for (i, &distance) in seen.distance.iter().enumerate().filter(|(_, distance)| **distance < NO_SURFACE) {
+        if distance < frame.scene_distance[i] {
+            frame.scene_distance[i] = distance;
+            frame.scene_color[i] = color;
+        }
+    }
+    frame.objects = Some(wall);
+}
+
 /// Flat water that fills the picture, seen in parallel projection under this angle to its normal, radians, with a thickness
 /// for each column, over a scene of one radiance.
 pub(super) fn flat_frame(

@@ -8,6 +8,7 @@ use super::body::{COLOR_MIRROR, irradiance, tinted};
 use super::brdf::fresnel_dielectric;
 use super::medium::transmitted;
 use super::neighbourhood::{Neighbourhood, neighbourhood};
+use super::reflected_objects::reflected_object;
 use super::reflection::{mirrored, sun_glint};
 use super::refraction::{Path, background, refracted_path};
 use super::shadow::{shadow, sky_at};
@@ -49,7 +50,8 @@ fn shade(
     let clear = transmitted(&fluid.medium, sky, normal, behind, path_world);
     let through = tinted(sky, clear, tint, normal);
     let direction = mirrored(input.surroundings, normal, to_eye);
-    let mirror = input.mirror_radiance(position, direction, fluid.alpha);
+    let object = reflected_object(input, water, direction, fluid.alpha);
+    let mirror = mix(input.mirror_radiance(position, direction, fluid.alpha), object.truncate(), object.w);
 
     let drop = smoothstep(0.65, 1.0, around.isolation);
     let alpha = (fluid.alpha * fluid.alpha + (0.5 - 0.4 * drop) * around.spread).sqrt().min(0.6);

@@ -12,6 +12,7 @@ mod medium;
 mod neighbourhood;
 pub(crate) mod opaque_liquid;
 pub(crate) mod point_light;
+mod reflected_objects;
 mod reflection;
 mod refraction;
 mod scene_march;
@@ -27,7 +28,7 @@ pub use foam::foam;
 use glam::Vec3;
 use meniscus_gpu::CameraUniform;
 
-use crate::{Surroundings, WaterScale};
+use crate::{ObjectBounds, Surroundings, WaterScale};
 
 /// What a lighting model's twin reads: whole images, row by row from the top left, all of the camera's size.
 #[derive(Clone, Copy, Debug)]
@@ -38,6 +39,8 @@ pub struct TwinInput<'a> {
     pub surroundings: &'a Surroundings,
     /// Texels of the picture of the surroundings, as [`EnvironmentMap`](crate::EnvironmentMap) packs them; empty for none.
     pub environment: &'a [[f32; 4]],
+    /// Box around all objects of the scene, if there are any.
+    pub objects: Option<ObjectBounds>,
     /// Lengths of the data.
     pub scale: WaterScale,
     /// Smoothed water surface along the view axis; `f32::MAX` = none.

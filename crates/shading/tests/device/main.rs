@@ -5,6 +5,7 @@ mod conformance;
 mod fluid;
 mod foam;
 mod mistakes;
+mod reflected_objects;
 mod scene;
 mod sunlight;
 mod support;

@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use crate::support::{draw_scene, gpu, tiled_scene};
+use crate::support::{draw_scene, gpu, tiled_scene, world_ray};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Role, Thickness, ViewNormal};
@@ -30,6 +30,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         camera,
         surroundings: &Surroundings::new(scene),
         environment: &EnvironmentMap::new(&gpu, scene).unwrap(),
+        objects: None,
         scale: WaterScale { depth_world: 1.0, spacing_world: 0.1, metres_per_world: 1.0 },
         covered: &Buffer::from_slice(&gpu, &covered::list(SIZE, |_| water_distance < NO_SURFACE)).unwrap(),
         distance: &water,
@@ -58,16 +59,7 @@ fn cameras() -> [Camera; 2] {
 
 /// Distance along the view axis to box or floor, by slabs; `NO_SURFACE` for sky.
 fn cast_box(camera: &CameraUniform, bounds: Aabb, pixel: usize) -> f32 {
-    let world_from_view = Mat4::from_cols_array_2d(&camera.world_from_view);
-    let px = Vec2::new((pixel % SIZE[0] as usize) as f32 + 0.5, (pixel / SIZE[0] as usize) as f32 + 0.5);
-    let ndc = px / Vec2::new(SIZE[0] as f32, SIZE[1] as f32) * Vec2::new(2.0, -2.0) + Vec2::new(-1.0, 1.0);
-    let offset = ndc * Vec2::from(camera.half_extent);
-    let (origin, step) = if camera.orthographic != 0 {
-        (offset.extend(0.0), Vec3::NEG_Z)
-    } else {
-        (Vec3::ZERO, offset.extend(-1.0))
-    };
-    let (o, d) = (world_from_view.transform_point3(origin), world_from_view.transform_vector3(step));
+    let (o, d) = world_ray(camera, pixel);
     let (a, b) = ((bounds.min - o) / d, (bounds.max - o) / d);
     let (near, far) = (a.min(b).max_element(), a.max(b).min_element());
     let floor = if o.y > 0.0 && d.y < 0.0 { -o.y / d.y } else { NO_SURFACE };

@@ -9,7 +9,7 @@ use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
 use meniscus_shading::conformance::pack_normal;
 use meniscus_shading::{Caustics, CausticsPass, Landed, SunView, SunWater, Sunlight, SunlightPass};
 
-use crate::support::{draw_scene, gpu, tiled_scene};
+use crate::support::{draw_scene, gpu, tiled_scene, world_ray};
 
 const SIZE: [u32; 2] = [96, 72];
 const SUN_SIZE: [u32; 2] = [256, 256];
@@ -28,11 +28,7 @@ fn sun_camera(scene: &Scene, target: Vec3, height_world: f32) -> CameraUniform {
 
 /// Where the ray through the middle of a pixel meets the floor at y = 0.
 fn on_floor(camera: &CameraUniform, pixel: usize) -> Option<Vec3> {
-    let world_from_view = Mat4::from_cols_array_2d(&camera.world_from_view);
-    let px = Vec2::new((pixel % SIZE[0] as usize) as f32 + 0.5, (pixel / SIZE[0] as usize) as f32 + 0.5);
-    let ndc = px / Vec2::new(SIZE[0] as f32, SIZE[1] as f32) * Vec2::new(2.0, -2.0) + Vec2::new(-1.0, 1.0);
-    let step = (ndc * Vec2::from(camera.half_extent)).extend(-1.0);
-    let (origin, along) = (world_from_view.w_axis.truncate(), world_from_view.transform_vector3(step));
+    let (origin, along) = world_ray(camera, pixel);
     (along.y < 0.0).then(|| origin - along * (origin.y / along.y))
 }
 
