@@ -8,14 +8,14 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use meniscus_core::{Aabb, UpAxis};
 use meniscus_gpu::role::{
-    EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDepth, SceneDistance, Scratch, SurfaceColor,
-    Thickness, ViewNormal,
+    EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDepth, SceneDistance, Scratch, Sunlight,
+    SurfaceColor, Thickness, ViewNormal,
 };
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, covered};
 use meniscus_scene::Scene;
 use meniscus_shading::{
     Caustics, CausticsPass, Landed, LightingChoice, LightingInputs, LightingPass, LightingRegistry,
-    SceneGeometry, ScenePass, SunView, SunWater, Sunlight, SunlightPass, WaterScale,
+    SceneGeometry, ScenePass, SunView, SunWater, SunlightPass, WaterScale,
 };
 
 /// Everything that light needs, on the GPU.
@@ -30,12 +30,12 @@ struct Studio {
     distance: Texture<EyeDistance>,
     thickness: Texture<Thickness>,
     normal: Texture<ViewNormal>,
-    surface_color: Image<SurfaceColor>,
+    surface_color: Texture<SurfaceColor>,
     caustics_pass: CausticsPass,
     landed: Image<Landed>,
     caustics: Image<Caustics>,
     sunlight_pass: SunlightPass,
-    sunlight: Image<Sunlight>,
+    sunlight: Texture<Sunlight>,
     radiance: Image<Radiance>,
 }
 
@@ -60,12 +60,12 @@ impl Studio {
             distance: Texture::from_texels(gpu, size, &pool.distance).expect(image),
             thickness: Texture::from_texels(gpu, size, &pool.thickness).expect(image),
             normal: Texture::from_texels(gpu, size, &pool.normal).expect(image),
-            surface_color: Image::new(gpu, [1, 1]).expect(image),
+            surface_color: Texture::new(gpu, [1, 1]).expect(texture),
             caustics_pass: CausticsPass::new(gpu).expect("the caustics"),
             landed: Image::new(gpu, size).expect(image),
             caustics: Image::new(gpu, size).expect(image),
             sunlight_pass: SunlightPass::new(gpu).expect("the sunlight pass"),
-            sunlight: Image::new(gpu, SunlightPass::size_blocks(size)).expect(image),
+            sunlight: Texture::new(gpu, SunlightPass::size_blocks(size)).expect(texture),
             radiance: Image::new(gpu, size).expect(image),
         }
     }

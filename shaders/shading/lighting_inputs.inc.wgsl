@@ -17,10 +17,10 @@
 @group(0) @binding(7) var scene_distance: texture_2d<f32>;
 // One value per block of pixels, or a single one: length of water that sunlight crosses to the scene (bits of a float), and
 // `meniscus::sunlight` of how it is focused there and of the share that reaches the water.
-@group(0) @binding(8) var<storage, read> sunlight: array<vec2<u32>>;
+@group(0) @binding(8) var sunlight: texture_2d<u32>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
 // A single pixel without colour where no attribute colours the water.
-@group(0) @binding(10) var<storage, read> surface_colors: array<vec4<f32>>;
+@group(0) @binding(10) var surface_colors: texture_2d<f32>;
 
 // The pixels that may show water.
 @group(0) @binding(12) var<storage, read> covered: CoveredPixels;
@@ -52,7 +52,7 @@ fn shows_water(pixel: vec2<u32>) -> bool {
 
 // Colour that an attribute gives the water; alpha is how much of the water's own it replaces.
 fn attribute_color(pixel: vec2<u32>) -> vec4<f32> {
-    return clamp(surface_colors[min(pixel_index(pixel), arrayLength(&surface_colors) - 1u)], vec4(0.0), vec4(1.0));
+    return clamp(textureLoad(surface_colors, min(pixel, textureDimensions(surface_colors) - 1u), 0), vec4(0.0), vec4(1.0));
 }
 
 // Less water than a fraction of a particle is a soft edge, not a surface.

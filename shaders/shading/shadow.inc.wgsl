@@ -1,6 +1,6 @@
 #define_import_path meniscus::shadow
 
-#import meniscus::lighting_inputs::{camera, sunlight, surroundings}
+#import meniscus::lighting_inputs::{sunlight, surroundings}
 #import meniscus::medium::Medium
 #import meniscus::sky::Sky
 #import meniscus::sunlight::{focus_of, share_of}
@@ -11,9 +11,7 @@
 const BLOCK_PX: u32 = 2u;
 
 fn block_at(block: vec2<i32>) -> vec2<u32> {
-    let size = vec2<i32>((camera.size_px + BLOCK_PX - 1u) / BLOCK_PX);
-    let at = clamp(block, vec2(0), size - 1);
-    return sunlight[min(at.y * size.x + at.x, i32(arrayLength(&sunlight)) - 1)];
+    return textureLoad(sunlight, clamp(block, vec2(0), vec2<i32>(textureDimensions(sunlight)) - 1), 0).xy;
 }
 
 // Length of water that the light on the scene seen at `px` crosses, and how it is focused there; bilinear.

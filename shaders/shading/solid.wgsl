@@ -14,7 +14,7 @@
 @group(0) @binding(3) var distances: texture_2d<f32>;
 @group(0) @binding(4) var normals: texture_2d<u32>;
 // A single pixel without colour where no attribute colours the surface.
-@group(0) @binding(5) var<storage, read> surface_colors: array<vec4<f32>>;
+@group(0) @binding(5) var surface_colors: texture_2d<f32>;
 
 struct Target {
     @location(0) color: vec4<f32>,
@@ -38,8 +38,7 @@ fn fragment(@builtin(position) place: vec4<f32>) -> Target {
     let normal = (camera.world_from_view * vec4(unpack_normal(textureLoad(normals, pixel, 0).x), 0.0)).xyz;
     let reach = distance * ray.per_distance;
     let sun = sunlit(ray.origin + reach * ray.direction, normal);
-    let index = pixel.y * camera.size_px.x + pixel.x;
-    let tint = surface_colors[min(index, arrayLength(&surface_colors) - 1u)];
+    let tint = textureLoad(surface_colors, min(pixel, textureDimensions(surface_colors) - 1u), 0);
     var tinted = material;
     tinted.color = mix(material.color, tint.rgb, tint.a);
     let near = lit(surroundings.sky, sun, tinted, 1.0, normal, -ray.direction);

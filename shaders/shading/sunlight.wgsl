@@ -19,7 +19,7 @@
 @group(0) @binding(4) var sun_thicknesses: texture_2d<f32>;
 // 1 everywhere without caustics.
 @group(0) @binding(5) var<storage, read> caustics: array<f32>;
-@group(0) @binding(6) var<storage, read_write> sunlight: array<vec2<u32>>;
+@group(0) @binding(6) var sunlight: texture_storage_2d<rg32uint, write>;
 
 const BLOCK_PX: u32 = 2u;
 
@@ -70,5 +70,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         share = sun_visibility((camera.world_from_view * vec4(position, 1.0)).xyz, to_sun);
     }
 #endif
-    sunlight[id.y * size_blocks.x + id.x] = vec2(bitcast<u32>(arriving.x), pack_light(arriving.y, share));
+    textureStore(sunlight, id.xy, vec4(bitcast<u32>(arriving.x), pack_light(arriving.y, share), 0u, 0u));
 }

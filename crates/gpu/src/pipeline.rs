@@ -282,6 +282,7 @@ fn texture_type(class: naga::ImageClass) -> Option<wgpu::BindingType> {
         naga::ImageClass::Storage { format, access: naga::StorageAccess::STORE } => match format {
             naga::StorageFormat::Rgba16Float => written(wgpu::TextureFormat::Rgba16Float),
             naga::StorageFormat::R32Float => written(wgpu::TextureFormat::R32Float),
+            naga::StorageFormat::Rg32Uint => written(wgpu::TextureFormat::Rg32Uint),
             naga::StorageFormat::Rg32Float => written(wgpu::TextureFormat::Rg32Float),
             naga::StorageFormat::Rgba32Float => written(wgpu::TextureFormat::Rgba32Float),
             naga::StorageFormat::R32Uint => written(wgpu::TextureFormat::R32Uint),

@@ -65,8 +65,6 @@ roles! {
     AttributeValues: f32, unit "the attribute's own", empty 0.0;
     /// Colours of a scale from its start to its end, linear Rec. 709.
     ColorTable: [f32; 4], unit "linear, 0 to 1", empty [0.0; 4];
-    /// Colour that an attribute gives the surface, linear Rec. 709; alpha = how much of the surface's own colour it replaces.
-    SurfaceColor: [f32; 4], unit "linear, 0 to 1", empty [0.0; 4];
     /// Linear radiance, Rec. 709 primaries, alpha = coverage.
     Radiance: [f32; 4], unit "linear, relative", empty [0.0; 4];
     /// Display image, sRGB transfer, 8 bits per channel, red in the lowest byte.
@@ -104,6 +102,12 @@ texture_roles! {
     ReducedSurface: Rgba32Float as [f32; 4], unit "private";
     /// Thickness at reduced size, times and beside the part of a block that it covers.
     ReducedThickness: Rg32Float as [f32; 2], unit "world units along the ray, 0 to 1";
+    /// Colour that an attribute gives the surface, linear Rec. 709; alpha = how much of the surface's own colour it replaces.
+    SurfaceColor: Rgba32Float as [f32; 4], unit "linear, 0 to 1";
+    /// What becomes of the sun's light on its way, one value per block of pixels: length of water that it crosses to the opaque
+    /// scene (world units), its irradiance there relative to water without waves, and the share that reaches the water's
+    /// surface (0 to 1), packed by [`Sunlight::pack`].
+    Sunlight: Rg32Uint as [u32; 2], unit "world units towards the sun, ratio, share";
     /// Lit opaque scene.
     SceneColor: Rgba16Float as [f16; 4], unit "linear radiance, Rec. 709";
     /// Distance of the opaque scene along the view axis; MAX = sky.
@@ -116,6 +120,22 @@ texture_roles! {
     BloomLevel: Rgba16Float as [f16; 4], unit "linear radiance, exposed, Rec. 709";
     /// Depth attachment of the opaque scene, reversed z.
     SceneDepth: Depth32Float as f32, unit "reversed clip z";
+}
+
+impl Sunlight {
+    /// No water, all light.
+    pub const UNCHANGED: [u32; 2] = [0, 0xffff_4000];
+
+    /// A value from its three numbers, a length in world units, a ratio below 4, and a share; `shaders/shading/sunlight.inc.wgsl`.
+    pub fn pack(path_world: f32, focus: f32, share: f32) -> [u32; 2] {
+        let low = (focus * 16384.0 + 0.5).clamp(0.0, 65535.0) as u32;
+        [path_world.to_bits(), low | ((share.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32) << 16]
+    }
+
+    /// The inverse of [`Self::pack`].
+    pub fn unpack([path, rest]: [u32; 2]) -> [f32; 3] {
+        [f32::from_bits(path), (rest & 0xffff) as f32 / 16384.0, (rest >> 16) as f32 / 65535.0]
+    }
 }
 
 /// A particle as the GPU reads it: 16 bytes, one aligned load.

@@ -5,7 +5,7 @@ use std::collections::BTreeSet;
 use meniscus_color::{ColorError, ColorMap, ColorScale, Quantity, range_of};
 use meniscus_core::{Attribute, Choice, FrameRequest, Look, ParticleFrame, SetFrame};
 use meniscus_gpu::role::{AttributeValues, SurfaceColor};
-use meniscus_gpu::{Binding, Buffer, Gpu, GpuError, Image, Recorder};
+use meniscus_gpu::{Binding, Buffer, Gpu, GpuError, Recorder, Texture};
 use meniscus_lod::ChunkedSet;
 use meniscus_ssfr::{ColoredSet, Coloring, NO_VALUE, ScaleUniform, SurfaceImages};
 use schemars::JsonSchema;
@@ -191,7 +191,7 @@ pub(crate) struct SurfaceColors {
     coloring: Coloring,
     scale: ColorScale,
     /// Colours of the surface that was recorded last.
-    pub(crate) image: Image<SurfaceColor>,
+    pub(crate) image: Texture<SurfaceColor>,
 }
 
 impl SurfaceColors {
@@ -201,7 +201,7 @@ impl SurfaceColors {
         Ok(Self {
             coloring: Coloring::new(gpu, size, &table)?,
             scale: scale.clone(),
-            image: Image::new(gpu, size)?,
+            image: Texture::new(gpu, size)?,
         })
     }
 

@@ -1,6 +1,8 @@
-use meniscus_gpu::role::{DisplayImage, Radiance, Role, SceneColor, SceneDepth, SceneDistance, SurfaceColor};
+use meniscus_gpu::role::{
+    DisplayImage, Radiance, SceneColor, SceneDepth, SceneDistance, Sunlight, SurfaceColor,
+};
 use meniscus_gpu::{Gpu, GpuError, Image, Texture};
-use meniscus_shading::{Sunlight, SunlightPass};
+use meniscus_shading::SunlightPass;
 use meniscus_ssfr::{SsfrParams, SurfaceImages};
 
 /// Everything that has the size of the picture; made once per size.
@@ -10,10 +12,10 @@ pub(crate) struct FrameImages {
     pub(crate) scene_depth: Texture<SceneDepth>,
     pub(crate) surface: SurfaceImages,
     /// A single pixel, for water that no attribute colours.
-    pub(crate) no_color: Image<SurfaceColor>,
-    pub(crate) sunlight: Image<Sunlight>,
+    pub(crate) no_color: Texture<SurfaceColor>,
+    pub(crate) sunlight: Texture<Sunlight>,
     /// A single pixel, for light that nothing changes.
-    pub(crate) no_shadow: Image<Sunlight>,
+    pub(crate) no_shadow: Texture<Sunlight>,
     pub(crate) radiance: Image<Radiance>,
     pub(crate) display: Image<DisplayImage>,
 }
@@ -25,9 +27,9 @@ impl FrameImages {
             scene_distance: Texture::new(gpu, size)?,
             scene_depth: Texture::new(gpu, size)?,
             surface: SurfaceImages::new(gpu, size, surface)?,
-            no_color: Image::new(gpu, [1, 1])?,
-            sunlight: Image::new(gpu, SunlightPass::size_blocks(size))?,
-            no_shadow: Image::from_pixels(gpu, [1, 1], &[Sunlight::EMPTY])?,
+            no_color: Texture::new(gpu, [1, 1])?,
+            sunlight: Texture::new(gpu, SunlightPass::size_blocks(size))?,
+            no_shadow: Texture::from_texels(gpu, [1, 1], &[Sunlight::UNCHANGED])?,
             radiance: Image::new(gpu, size)?,
             display: Image::new(gpu, size)?,
         })

@@ -1,6 +1,6 @@
 use meniscus_core::Look;
 use meniscus_gpu::role::{SceneColor, SceneDistance, SurfaceColor};
-use meniscus_gpu::{Binding, CameraUniform, Gpu, Image, Recorder, Texture};
+use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder, Texture};
 use meniscus_scene::Material;
 use meniscus_shading::{SceneGeometry, SolidPass, SolidSurface, SunView};
 use meniscus_ssfr::filter::NoFilter;
@@ -24,7 +24,7 @@ pub(crate) struct OpaqueSets {
     pass: SolidPass,
     images: SurfaceImages,
     /// A single pixel, for sets that no attribute colours.
-    no_color: Image<SurfaceColor>,
+    no_color: Texture<SurfaceColor>,
 }
 
 impl OpaqueSets {
@@ -42,7 +42,7 @@ impl OpaqueSets {
             spheres: Ssfr::new(gpu, &registry.filters, &spheres)?,
             pass: SolidPass::new(gpu)?,
             images: SurfaceImages::new(gpu, size, params)?,
-            no_color: Image::new(gpu, [1, 1])?,
+            no_color: Texture::new(gpu, [1, 1])?,
         })
     }
 

@@ -4,7 +4,7 @@ use std::time::Instant;
 use meniscus_compositor::Compositor;
 use meniscus_core::{Aabb, Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
 use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Span, Timing};
+use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Texture, Timing};
 use meniscus_lod::weight::{GROWS_BELOW, MAX_GROWTH};
 use meniscus_lod::{
     GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
@@ -330,7 +330,7 @@ impl Renderer {
     }
 
     /// Colour that an attribute gave the surface in the last frame; `None` where nothing is coloured.
-    pub fn surface_color(&self) -> Option<&Image<SurfaceColor>> {
+    pub fn surface_color(&self) -> Option<&Texture<SurfaceColor>> {
         self.colors.as_ref().map(|colors| &colors.image)
     }
 

@@ -1,11 +1,11 @@
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{
-    EyeDistance, Radiance, SceneColor, SceneDistance, Scratch, SurfaceColor, Thickness, ViewNormal,
+    EyeDistance, Radiance, SceneColor, SceneDistance, Scratch, Sunlight, SurfaceColor, Thickness, ViewNormal,
 };
 use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Image, Recorder, Texture};
 
 use crate::twin::TwinInput;
-use crate::{EnvironmentMap, ObjectBounds, ShadingError, Sunlight, Surroundings};
+use crate::{EnvironmentMap, ObjectBounds, ShadingError, Surroundings};
 
 /// A model's parameters as JSON: what flags, files and panels deal in.
 pub type Parameters = serde_json::Map<String, serde_json::Value>;
@@ -63,15 +63,15 @@ pub struct LightingInputs<'a> {
     /// Normals of the smoothed surface.
     pub normal: &'a Texture<ViewNormal>,
     /// Colour that an attribute gives the water; a single pixel of alpha 0 where nothing is coloured, so that shaders read
-    /// `surface_colors[min(index, arrayLength(&surface_colors) - 1u)]`.
-    pub surface_color: &'a Image<SurfaceColor>,
+    /// it at `min(pixel, textureDimensions(surface_colors) - 1u)`.
+    pub surface_color: &'a Texture<SurfaceColor>,
     /// The opaque scene; alpha 0 where there is only sky.
     pub scene_color: &'a Texture<SceneColor>,
     /// Its distance.
     pub scene_distance: &'a Texture<SceneDistance>,
     /// What becomes of the sun's light on its way to scene and water, from [`SunlightPass`](crate::SunlightPass), or a single pixel
     /// of [`Sunlight`]'s empty value where nothing throws a shadow.
-    pub sunlight: &'a Image<Sunlight>,
+    pub sunlight: &'a Texture<Sunlight>,
 }
 
 impl LightingInputs<'_> {

@@ -1,6 +1,6 @@
 use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, SurfaceColor, TextureRole, ViewNormal};
 use meniscus_gpu::{
-    CameraUniform, Definition, Gpu, GpuError, Image, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader,
+    CameraUniform, Definition, Gpu, GpuError, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader,
     Texture, shader,
 };
 use meniscus_scene::Material;
@@ -18,7 +18,7 @@ pub struct SolidSurface<'a> {
     /// Normals.
     pub normal: &'a Texture<ViewNormal>,
     /// Colour that an attribute gives it in place of the material's, or a single pixel of alpha 0 where none does.
-    pub color: &'a Image<SurfaceColor>,
+    pub color: &'a Texture<SurfaceColor>,
     /// What it is made of; patterns are left out, for they would swim over moving particles.
     pub material: Material,
 }

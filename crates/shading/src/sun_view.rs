@@ -1,7 +1,7 @@
 //! Where the sun's light gets to, from a picture of scene and water as the sun sees them.
 
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::{EyeDistance, Role, SceneDistance, Thickness, ViewNormal};
+use meniscus_gpu::role::{EyeDistance, Role, SceneDistance, Sunlight, Thickness, ViewNormal};
 use meniscus_gpu::{
     Binding, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField,
     HostStruct, Image, Recorder, Shader, Texture, host_fields, shader,
@@ -14,33 +14,6 @@ const SUNLIGHT: Shader = shader!("shading/sunlight");
 const OBJECTS: Definition = Definition { name: "OBJECTS", value: 1 };
 const PHOTONS: Shader = shader!("shading/photons");
 const CAUSTICS: Shader = shader!("shading/caustics");
-
-/// What becomes of the sun's light on its way, one value per [`SunlightPass::BLOCK_PX`] squared pixels: length of water that it
-/// crosses to the opaque scene (world units), its irradiance there relative to water without waves, and the share that reaches
-/// the water's surface (0 to 1), packed by [`Sunlight::pack`].
-#[derive(Clone, Copy, Debug)]
-pub enum Sunlight {}
-
-impl Role for Sunlight {
-    type Element = [u32; 2];
-    const NAME: &'static str = "Sunlight";
-    const UNIT: &'static str = "world units towards the sun, ratio, share";
-    /// No water, all light.
-    const EMPTY: [u32; 2] = [0, 0xffff_4000];
-}
-
-impl Sunlight {
-    /// A value from its three numbers, a length in world units, a ratio below 4, and a share; `shaders/shading/sunlight.inc.wgsl`.
-    pub fn pack(path_world: f32, focus: f32, share: f32) -> [u32; 2] {
-        let low = (focus * 16384.0 + 0.5).clamp(0.0, 65535.0) as u32;
-        [path_world.to_bits(), low | ((share.clamp(0.0, 1.0) * 65535.0 + 0.5) as u32) << 16]
-    }
-
-    /// The inverse of [`Self::pack`].
-    pub fn unpack([path, rest]: [u32; 2]) -> [f32; 3] {
-        [f32::from_bits(path), (rest & 0xffff) as f32 / 16384.0, (rest >> 16) as f32 / 65535.0]
-    }
-}
 
 /// Light that landed in a pixel of the sun's picture.
 #[derive(Clone, Copy, Debug)]
@@ -128,7 +101,7 @@ impl SunlightPass {
         distance: &Texture<EyeDistance>,
         scene_distance: &Texture<SceneDistance>,
         has_objects: bool,
-        output: &Image<Sunlight>,
+        output: &Texture<Sunlight>,
     ) {
         let pipeline = &self.pipelines[usize::from(has_objects)];
         let mut bindings = vec![
@@ -225,7 +198,7 @@ mod tests {
     fn the_uniform_matches_its_shader() {
         CausticsUniform::check_layout(&CAUSTICS, &[]).unwrap();
         assert_eq!(SunlightPass::size_blocks([1, 9]), [1, 5]);
-        assert_eq!(Sunlight::pack(0.0, 1.0, 1.0), Sunlight::EMPTY);
-        assert_eq!(Sunlight::unpack(Sunlight::EMPTY), [0.0, 1.0, 1.0]);
+        assert_eq!(Sunlight::pack(0.0, 1.0, 1.0), Sunlight::UNCHANGED);
+        assert_eq!(Sunlight::unpack(Sunlight::UNCHANGED), [0.0, 1.0, 1.0]);
     }
 }

@@ -5,7 +5,7 @@ mod common;
 use common::{Scene, gpu, is_fluid, parallel, params, perspective, ranges_of};
 use meniscus_cases::lattice;
 use meniscus_gpu::role::{AttributeValues, KeptRange, Particles, SceneDistance, SurfaceColor};
-use meniscus_gpu::{Buffer, Gpu, Image, RangeList, Recorder, Texture, Timing};
+use meniscus_gpu::{Buffer, Gpu, RangeList, Recorder, Texture, Timing};
 use meniscus_ssfr::{
     ColoredSet, Coloring, FilterRegistry, NO_VALUE, Radii, ScaleUniform, SplatInput, SplatSet, Ssfr,
     SurfaceImages, twin,
@@ -32,7 +32,7 @@ fn color(gpu: &Gpu, scene: &Scene, values: &[f32], scale: ScaleUniform) -> (Vec<
     };
     let values = [Buffer::<AttributeValues>::from_slice(gpu, values).unwrap()];
     let coloring = Coloring::new(gpu, scene.size, &TABLE).unwrap();
-    let colors = Image::<SurfaceColor>::new(gpu, scene.size).unwrap();
+    let colors = Texture::<SurfaceColor>::new(gpu, scene.size).unwrap();
     let scene_distance = Texture::<SceneDistance>::new(gpu, scene.size).unwrap();
     scene_distance.write(gpu, &scene.scene_distance);
     let mut recorder = Recorder::new(gpu, Timing::Stamps);

@@ -1,14 +1,14 @@
 use glam::{Mat4, Vec2, Vec3};
 use half::f16;
 use meniscus_core::{Aabb, Camera};
-use meniscus_gpu::role::{NO_SURFACE, Radiance, Role, SceneColor, SceneDistance};
+use meniscus_gpu::role::{NO_SURFACE, Radiance, SceneColor, SceneDistance, Sunlight};
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, Timing, covered};
 use meniscus_scene::Scene;
 
 use crate::twin::TwinInput;
 use crate::{
-    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ObjectBounds, ShadingError, Sunlight,
-    SunlightPass, Surroundings, WaterScale,
+    EnvironmentMap, LightingInputs, LightingModel, LightingPass, ObjectBounds, ShadingError, SunlightPass,
+    Surroundings, WaterScale,
 };
 
 /// Surface images of one view, row by row from the top left.
@@ -137,7 +137,7 @@ impl Frame {
             surface_color: vec![[0.0; 4]],
             scene_color: vec![color; pixels],
             scene_distance: vec![distance; pixels],
-            sunlight: vec![Sunlight::EMPTY],
+            sunlight: vec![Sunlight::UNCHANGED],
         }
     }
 
@@ -200,10 +200,10 @@ impl Frame {
             distance: &Texture::from_texels(gpu, size, &self.water.distance)?,
             thickness: &Texture::from_texels(gpu, size, &self.water.thickness)?,
             normal: &Texture::from_texels(gpu, size, &self.water.normal)?,
-            surface_color: &Image::from_pixels(gpu, color_size, &self.surface_color)?,
+            surface_color: &Texture::from_texels(gpu, color_size, &self.surface_color)?,
             scene_color: &scene_color,
             scene_distance: &scene_distance,
-            sunlight: &Image::from_pixels(gpu, sunlight_size, &self.sunlight)?,
+            sunlight: &Texture::from_texels(gpu, sunlight_size, &self.sunlight)?,
         };
         let output = Image::from_pixels(gpu, size, radiance)?;
         let mut recorder = Recorder::new(gpu, Timing::Stamps);

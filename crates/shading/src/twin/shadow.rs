@@ -3,9 +3,10 @@
 use std::f32::consts::LOG2_E;
 
 use glam::{IVec2, Vec2, Vec3};
+use meniscus_gpu::role::Sunlight;
 
 use super::{TwinInput, mix};
-use crate::{MediumUniform, SkyUniform, Sunlight, SunlightPass};
+use crate::{MediumUniform, SkyUniform, SunlightPass};
 
 const SHADOW_TINT: f32 = 0.7;
 

@@ -5,12 +5,10 @@ use std::sync::Arc;
 use crate::support::{draw_scene, gpu, tiled_scene, world_ray};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
-use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Role, Thickness, ViewNormal};
+use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Sunlight, Thickness, ViewNormal};
 use meniscus_gpu::{Buffer, CameraUniform, Image, Recorder, Texture, Timing, covered};
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
-use meniscus_shading::{
-    EnvironmentMap, Fluid, LightingInputs, LightingModel, Sunlight, Surroundings, WaterScale,
-};
+use meniscus_shading::{EnvironmentMap, Fluid, LightingInputs, LightingModel, Surroundings, WaterScale};
 
 const SIZE: [u32; 2] = [80, 60];
 
@@ -23,7 +21,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let water = Texture::<EyeDistance>::from_texels(&gpu, SIZE, &vec![water_distance; pixels]).unwrap();
     let thickness = Texture::<Thickness>::from_texels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
     let normal = Texture::<ViewNormal>::from_texels(&gpu, SIZE, &vec![0; pixels]).unwrap();
-    let sunlight = Image::<Sunlight>::from_pixels(&gpu, [1, 1], &[Sunlight::EMPTY]).unwrap();
+    let sunlight = Texture::<Sunlight>::from_texels(&gpu, [1, 1], &[Sunlight::UNCHANGED]).unwrap();
     let output = Image::<Radiance>::new(&gpu, SIZE).unwrap();
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);
     let inputs = LightingInputs {
@@ -36,7 +34,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         distance: &water,
         thickness: &thickness,
         normal: &normal,
-        surface_color: &Image::new(&gpu, [1, 1]).unwrap(),
+        surface_color: &Texture::new(&gpu, [1, 1]).unwrap(),
         scene_color: &color,
         scene_distance: &distance,
         sunlight: &sunlight,

@@ -1,7 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{AttributeValues, ColorTable, Scratch, SurfaceColor};
 use meniscus_gpu::{
-    Binding, Buffer, ComputePipeline, Dispatch, Gpu, GpuError, HostField, HostStruct, Image, Recorder, shader,
+    Binding, Buffer, ComputePipeline, Dispatch, Gpu, GpuError, HostField, HostStruct, Image, Recorder,
+    Texture, shader,
 };
 
 use super::pages::{List, each_page};
@@ -81,7 +82,7 @@ impl Coloring {
         sets: &[ColoredSet<'_>],
         scale: &ScaleUniform,
         images: &SurfaceImages,
-        colors: &Image<SurfaceColor>,
+        colors: &Texture<SurfaceColor>,
     ) {
         let [width, height] = images.size();
         assert_eq!(
@@ -112,8 +113,13 @@ impl Coloring {
             }
         }
         let bindings = [("sums", self.sums.bind()), ("table", self.table.bind()), ("colors", colors.bind())];
-        let groups = Dispatch::Groups(pixels.div_ceil(64) as u64);
-        recorder.compute(gpu, "ssfr.coloring_resolve", &self.resolve, &bindings, groups);
+        recorder.compute(
+            gpu,
+            "ssfr.coloring_resolve",
+            &self.resolve,
+            &bindings,
+            Dispatch::Pixels(images.size()),
+        );
     }
 }
 
