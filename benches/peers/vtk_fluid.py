@@ -32,6 +32,9 @@ def arguments():
     parser.add_argument("--surroundings", metavar="FOLDER",
                         help="background.png, and what is reflected: " + ", ".join(f"{face}.png" for face in FACES))
     parser.add_argument("--sun", help="x,y,z towards a lamp in place of the one at the camera")
+    parser.add_argument("--normals", metavar="FILE",
+                        help="write the filtered surface's unit normals in view space, three 32-bit floats a pixel, row by row from "
+                             "the top left; 0 where there is no surface")
     return parser.parse_args()
 
 
@@ -89,6 +92,36 @@ def surround(renderer, folder):
     renderer.GetEnvMapLookupTable().SetLUTSize(2)
     renderer.GetEnvMapLookupTable().SetLUTSamples(1)
     renderer.GetEnvMapIrradiance().SetIrradianceSize(2)
+
+
+def pixels(window):
+    """The picture as numbers from 0 to 1, row by row from the bottom left."""
+    grab = vtk.vtkWindowToImageFilter()
+    grab.SetInput(window)
+    grab.ReadFrontBufferOff()
+    grab.Update()
+    width, height, _ = grab.GetOutput().GetDimensions()
+    return vtk_to_numpy(grab.GetOutput().GetPointData().GetScalars()).reshape(height, width, 3) / 255.0
+
+
+def view_normals(window, renderer, mapper):
+    """The normals of the surface.
+
+    The mapper writes them as they are, and of colours only what lies between 0 and 1 is left: so a second picture is taken upside
+    down, in which what was negative in x and y is positive.
+    """
+    mapper.SetDisplayMode(vtk.vtkOpenGLFluidMapper.FilteredSurfaceNormal)
+    renderer.TexturedBackgroundOff()
+    renderer.SetBackground(0, 0, 0)
+    window.Render()
+    upright = pixels(window)
+    renderer.GetActiveCamera().Roll(180)
+    window.Render()
+    rolled = pixels(window)[::-1, ::-1]
+    renderer.GetActiveCamera().Roll(180)
+    normals = upright - rolled
+    normals[..., 2] = numpy.maximum(upright[..., 2], rolled[..., 2])
+    return normals
 
 
 def main():
@@ -152,6 +185,9 @@ def main():
     writer.SetFileName(args.output)
     writer.SetInputConnection(grab.GetOutputPort())
     writer.Write()
+
+    if args.normals:
+        view_normals(window, renderer, mapper)[::-1].astype("<f4").tofile(args.normals)
 
     wall_ms, cpu_ms = [], []
     for _ in range(args.frames):

@@ -6,6 +6,7 @@ mod page;
 mod python;
 mod readers;
 mod samples;
+mod surfaces;
 mod tool;
 
 use std::path::PathBuf;
@@ -36,6 +37,9 @@ use tool::Tools;
 /// settings among our surroundings, as one small JPEG each. The dam break needs the third-party data (MENISCUS_DATA, else
 /// ../shared/data).
 ///
+/// --surfaces: instead of measuring times, tells how far normals and distances of every filter of ours, and normals of VTK's fluid
+/// mapper, are from a mesh that splashsurf reconstructs from the same particles, and draws the normals side by side.
+///
 /// Needs Python and VTK (`pip install vtk`). Without them the peers' part is skipped and said so; with --require that is an
 /// error. Writes pictures, peers.json and index.html to target/peers. Whatever the times, the exit code is 0.
 #[derive(Args)]
@@ -44,7 +48,8 @@ use tool::Tools;
     cargo xtask peers --views dam-break\n  \
     cargo xtask peers --readers-only\n  \
     cargo xtask peers --quick --require\n  \
-    cargo xtask peers --gallery")]
+    cargo xtask peers --gallery\n  \
+    cargo xtask peers --surfaces")]
 pub struct Options {
     /// Views to draw
     #[arg(long, value_delimiter = ',', default_values_t = ["dam-break", "sphere-entry", "fjord-tsunami"].map(String::from))]
@@ -74,7 +79,15 @@ pub struct Options {
     )]
     gallery: Option<Option<PathBuf>>,
 
-    /// Take meniscus and bench-peers from this folder, already built, instead of building them
+    /// Only the surfaces, and their normals as this picture [default: docs/surface-quality.jpg]
+    #[arg(
+        long,
+        value_name = "JPEG",
+        conflicts_with_all = ["views", "rounds", "quick", "readers_only", "pictures_only", "gallery"]
+    )]
+    surfaces: Option<Option<PathBuf>>,
+
+    /// Take our programs from this folder, already built, instead of building them
     #[arg(long, value_name = "FOLDER")]
     programs: Option<PathBuf>,
 
@@ -105,8 +118,10 @@ pub fn run(options: &Options) -> Result<()> {
         // They are started in other folders, too.
         Some(built) => built.canonicalize().map_err(|source| Error::File { path: built.clone(), source })?,
         None => {
-            let packages = ["build", "--release", "--package", "meniscus", "--package", "bench-peers"];
-            run_process(cargo(packages).current_dir(workspace))?;
+            let programs: &[&str] =
+                if options.surfaces.is_some() { &[surfaces::PROGRAM] } else { &["meniscus", "bench-peers"] };
+            let packages = programs.iter().flat_map(|program| ["--package", *program]);
+            run_process(cargo(["build", "--release"]).args(packages).current_dir(workspace))?;
             metadata.target_directory.join("release").into()
         }
     };
@@ -115,8 +130,12 @@ pub fn run(options: &Options) -> Result<()> {
     let state = machine::state();
     println!("{state}");
     let tools = Tools { ours: programs, scripts: workspace.join("benches/peers"), variables, vtk: vtk.ok() };
+    let data = data_folder(workspace).map(PathBuf::from);
+    if let Some(picture) = &options.surfaces {
+        let picture = picture.clone().unwrap_or_else(|| workspace.join("docs/surface-quality.jpg"));
+        return surfaces::compare(&tools, &folder.join("surfaces"), &picture, data.as_deref());
+    }
     if let Some(gallery) = &options.gallery {
-        let data = data_folder(workspace).map(PathBuf::from);
         let gallery = gallery.clone().unwrap_or_else(|| workspace.join("docs/beside-vtk"));
         return gallery::draw(&tools, &folder.join("gallery"), &gallery, data.as_deref());
     }
@@ -172,6 +191,17 @@ mod tests {
         for measuring in ["--quick", "--views dam-break", "--rounds 2", "--readers-only", "--pictures-only"] {
             let line = format!("peers {measuring} --gallery");
             assert!(Line::try_parse_from(line.split(' ')).is_err(), "{line}");
+        }
+    }
+
+    #[test]
+    fn surfaces_are_compared_alone() {
+        let surfaces = |line: &str| Line::try_parse_from(line.split(' ')).map(|line| line.options.surfaces);
+        assert_eq!(surfaces("peers").unwrap(), None);
+        assert_eq!(surfaces("peers --surfaces").unwrap(), Some(None));
+        assert_eq!(surfaces("peers --surfaces here.jpg --require").unwrap(), Some(Some("here.jpg".into())));
+        for other in ["--quick", "--readers-only", "--gallery"] {
+            assert!(surfaces(&format!("peers {other} --surfaces")).is_err(), "{other}");
         }
     }
 }
