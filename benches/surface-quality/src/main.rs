@@ -36,9 +36,13 @@ struct Arguments {
     #[arg(long, value_delimiter = ',')]
     filters: Vec<String>,
 
-    /// A parameter of the pipeline, as `meniscus render` takes it
+    /// A parameter of the surface, as `meniscus render` takes it, e.g. filter.sigma=0.8
     #[arg(long = "param", value_name = "KEY=VALUE")]
     params: Vec<String>,
+
+    /// Degrees above the horizon to look from, in place of where `meniscus render` would
+    #[arg(long, value_name = "DEGREES", value_parser = clap::value_parser!(i16).range(1..=80))]
+    elevation: Option<i16>,
 
     /// Folder of third-party data [default: MENISCUS_DATA, else ../shared/data beside the workspace]
     #[arg(long)]
@@ -69,24 +73,21 @@ const SHOWN: [&str; 2] = [meniscus_ssfr::filter::DEFAULT, LOOKS[0].0];
 
 fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     let registry = Registry::builtin();
-    let mut settings = ours::settings();
-    for parameter in &arguments.params {
-        let (key, value) =
-            parameter.split_once('=').ok_or_else(|| format!("--param {parameter}: expected KEY=VALUE"))?;
-        settings.set(key, value)?;
-    }
-    let filters = match &arguments.filters[..] {
+    let names: Vec<String> = match &arguments.filters[..] {
         [] => registry.filter_names().into_iter().map(str::to_owned).collect(),
         some => some.to_vec(),
     };
+    let named = |name: String| settings(&name, arguments, &registry).map(|settings| (name, settings));
+    let filters = names.into_iter().map(named).collect::<Result<Vec<_>, _>>()?;
     let data = arguments.data.clone().unwrap_or_else(|| {
         let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data");
         std::env::var_os("MENISCUS_DATA").map_or(beside, PathBuf::from)
     });
     std::fs::create_dir_all(&arguments.scratch)?;
+    println!("adapter: {}", ours::adapter()?);
     let mut pictures = Vec::new();
     for subject in &SUBJECTS {
-        pictures.extend(rows(subject, &data, &settings, &filters, &registry, arguments)?);
+        pictures.extend(rows(subject, &data, &filters, arguments)?);
     }
     if let Some(path) = &arguments.picture {
         picture::write(path, &pictures, SIZE)?;
@@ -95,19 +96,33 @@ fn run(arguments: &Arguments) -> Result<(), Box<dyn Error>> {
     Ok(())
 }
 
+/// What the surface is drawn with by a filter.
+fn settings(filter: &str, arguments: &Arguments, registry: &Registry) -> Result<Settings, Box<dyn Error>> {
+    let mut settings = ours::settings();
+    settings.choose_filter(registry, filter)?;
+    for parameter in &arguments.params {
+        let (key, value) =
+            parameter.split_once('=').ok_or_else(|| format!("--param {parameter}: expected KEY=VALUE"))?;
+        settings.set(key, value)?;
+    }
+    settings.validate(registry)?;
+    Ok(settings)
+}
+
 /// Prints the rows of a subject, and gives the surfaces that the picture shows; `None` without the data.
 fn rows(
     subject: &Subject,
     data: &Path,
-    settings: &Settings,
-    filters: &[String],
-    registry: &Registry,
+    filters: &[(String, Settings)],
     arguments: &Arguments,
 ) -> Result<Option<Vec<Surface>>, Box<dyn Error>> {
-    let Some(view) = subject.open(data, settings)? else {
+    let Some(mut view) = subject.open(data, &ours::settings())? else {
         println!("SKIPPED: {}: not in {}; set MENISCUS_DATA", subject.name, data.display());
         return Ok(None);
     };
+    if let Some(degrees) = arguments.elevation {
+        view.look_from(f32::from(degrees).to_radians());
+    }
     let spacing = view.world.space().spacing as f32;
     let reference = Reconstruction::default().mesh(view.positions(), spacing)?;
     println!(
@@ -130,12 +145,8 @@ fn rows(
     };
     let other = OTHER_MESH.mesh(view.positions(), spacing)?;
     row("mesh, coarser and less smooth", cast::cast(&other, &view.camera, SIZE));
-    for filter in filters {
-        let mut settings = settings.clone();
-        settings.choose_filter(registry, filter)?;
-        let (surface, adapter) = ours::draw(&view, SIZE, &settings)?;
-        eprintln!("{filter}: {adapter}");
-        row(filter, surface);
+    for (name, settings) in filters {
+        row(name, ours::draw(&view, SIZE, settings)?);
     }
     if let Some(python) = &arguments.vtk {
         for (name, look) in LOOKS {

@@ -16,13 +16,21 @@ pub fn settings() -> Settings {
     settings
 }
 
-/// The surface of `view`, drawn with `settings` into a picture of `size`, and the adapter that drew it.
+/// Adapter and driver.
+///
+/// # Errors
+/// Without an adapter there is nothing to compare.
+pub fn adapter() -> Result<String, PipelineError> {
+    let gpu = Gpu::new(&AdapterChoice::default())?;
+    Ok(format!("{} ({})", gpu.summary().name, gpu.summary().driver))
+}
+
+/// The surface of `view`, drawn with `settings` into a picture of `size`.
 ///
 /// # Errors
 /// As [`Renderer::render`].
-pub fn draw(view: &View, size: [u32; 2], settings: &Settings) -> Result<(Surface, String), PipelineError> {
+pub fn draw(view: &View, size: [u32; 2], settings: &Settings) -> Result<Surface, PipelineError> {
     let gpu = Gpu::new(&AdapterChoice::default())?;
-    let adapter = format!("{} ({})", gpu.summary().name, gpu.summary().driver);
     let mut renderer = Renderer::new(gpu, Registry::builtin(), settings.clone())?;
     let frame = renderer.preparer(&view.world).prepare(view.particles.clone());
     renderer.draw_and_wait(&frame, &view.world, &view.camera, size)?;
@@ -30,9 +38,5 @@ pub fn draw(view: &View, size: [u32; 2], settings: &Settings) -> Result<(Surface
     let [distance, x, y, z] = &channels[..] else { unreachable!("one channel of depth, three of normals") };
     let to_view = view.camera.view_from_world();
     let normal = |i| to_view.transform_vector3(Vec3::new(x.values[i], y.values[i], z.values[i]));
-    let surface = Surface {
-        normal: (0..x.values.len()).map(normal).collect(),
-        distance: Some(distance.values.clone()),
-    };
-    Ok((surface, adapter))
+    Ok(Surface { normal: (0..x.values.len()).map(normal).collect(), distance: Some(distance.values.clone()) })
 }

@@ -90,6 +90,15 @@ impl Subject {
 }
 
 impl View {
+    /// Turns the camera around its target until the eye stands at `elevation_rad` above the horizon.
+    pub fn look_from(&mut self, elevation_rad: f32) {
+        let camera = &mut self.camera;
+        let (up, away) = (camera.up.normalize(), camera.eye - camera.target);
+        let level = away.reject_from_normalized(up).normalize_or(up.any_orthonormal_vector());
+        let (sin, cos) = elevation_rad.sin_cos();
+        camera.eye = camera.target + away.length() * (cos * level + sin * up);
+    }
+
     /// Of all particles, world.
     pub fn positions(&self) -> &[[f32; 3]] {
         &self.particles.sets[0].particles.positions

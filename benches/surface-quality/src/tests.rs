@@ -52,7 +52,7 @@ fn ball() -> View {
 fn draw(view: &View, filter: &str) -> Surface {
     let mut settings = ours::settings();
     settings.choose_filter(&Registry::builtin(), filter).expect("a filter there is");
-    ours::draw(view, SIZE, &settings).expect("a picture; at least mesa-vulkan-drivers").0
+    ours::draw(view, SIZE, &settings).expect("a picture; at least mesa-vulkan-drivers")
 }
 
 fn mesh(view: &View) -> Surface {
@@ -94,6 +94,17 @@ fn the_mesh_of_a_ball_is_a_ball() {
     let angle = compare(&seen, &truth, 1.0).unwrap().angle_deg;
     // Where the lattice is cut, its outermost layers are flat caps, 25 degrees wide; smoothed, 3 and 11 degrees were measured.
     assert!(angle.median < 5.0 && angle.p95 < 15.0, "{angle:?}");
+}
+
+#[test]
+fn the_camera_keeps_its_distance_and_direction_where_it_is_turned() {
+    let mut view = ball();
+    view.look_from(10.0_f32.to_radians());
+    let Camera { eye, target, .. } = view.camera;
+    // The eye was and stays 4.97 away: single precision.
+    assert!((eye.distance(target) - Vec3::new(1.5, -4.5, 1.5).length()).abs() < 1e-5, "{eye}");
+    assert!((eye.z / eye.length() - 10.0_f32.to_radians().sin()).abs() < 1e-6, "{eye}");
+    assert!((eye.x / eye.y + 1.0 / 3.0).abs() < 1e-6, "{eye}");
 }
 
 /// Spheres as they are lie far from a smooth surface, smoothed ones near: a mistake in camera, spaces or units would show in both.
