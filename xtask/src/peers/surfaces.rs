@@ -20,3 +20,16 @@ pub fn compare(tools: &Tools, scratch: &Path, picture: &Path, data: Option<&Path
     }
     process::run(&mut program)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The committed picture is there, and small enough for a repository.
+    #[test]
+    fn the_committed_picture_is_small() {
+        let picture = Path::new(env!("CARGO_MANIFEST_DIR")).join("../docs/surface-quality.jpg");
+        let size = std::fs::metadata(picture).unwrap().len();
+        assert!((1..150_000).contains(&size), "{size} bytes");
+    }
+}
