@@ -1,4 +1,4 @@
-use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
 use meniscus_gpu::role::{PackedParticle, Particles, StandIn, StandIns};
 use meniscus_gpu::{Buffer, Gpu, GpuError};
@@ -67,6 +67,8 @@ pub struct SetStoreStats {
     pub limit_bytes: u64,
     /// The most bytes held so far.
     pub peak_bytes: u64,
+    /// Bytes of sets that are being uploaded.
+    pub uploading_bytes: u64,
 }
 
 /// The sets on the GPU: those that are drawn, those uploaded ahead, and those kept for the next time they are shown, within a
@@ -74,13 +76,22 @@ pub struct SetStoreStats {
 ///
 /// Where room is short, the set shown last of those not in use goes first: played on and around, it is the one needed last. What
 /// was uploaded ahead and not shown yet makes way only for what is drawn now.
+///
+/// Uploads run beside each other and beside whoever asks for sets that are there: the next frame's does not hold up the one that is
+/// drawn.
 #[derive(Debug, Default)]
-pub struct SetStore(Mutex<Held>);
+pub struct SetStore {
+    held: Mutex<Held>,
+    /// Told when an upload has ended.
+    uploaded: Condvar,
+}
 
 #[derive(Debug, Default)]
 struct Held {
     /// In the order in which they were asked for.
     sets: Vec<HeldSet>,
+    /// Serials of sets that are being uploaded.
+    uploading: Vec<u64>,
     stats: SetStoreStats,
 }
 
@@ -102,7 +113,7 @@ impl SetStore {
     /// A store that may hold `limit_bytes`; 0 keeps nothing that is not drawn.
     pub fn new(limit_bytes: u64) -> Self {
         let stats = SetStoreStats { limit_bytes, ..Default::default() };
-        Self(Mutex::new(Held { sets: Vec::new(), stats }))
+        Self { held: Mutex::new(Held { stats, ..Default::default() }), ..Default::default() }
     }
 
     /// The pages of `set`, to be drawn; uploads them unless they are there. They are not given up while somebody has them.
@@ -111,14 +122,12 @@ impl SetStore {
     /// [`GpuError::TooLarge`] where a page exceeds the device's limits, [`GpuError::OutOfMemory`] where the device has no room
     /// even though all that could be given up was.
     pub fn get(&self, gpu: &Gpu, set: &ChunkedSet) -> Result<Arc<SetPages>, GpuError> {
-        let mut held = self.lock();
+        let mut held = self.lock_without(set);
         if let Some(found) = held.find(set, false) {
             held.stats.found += 1;
             return Ok(found);
         }
-        let uploaded = held.upload(gpu, set, false)?;
-        held.stats.uploads += 1;
-        Ok(uploaded)
+        self.upload(gpu, set, held, false)
     }
 
     /// As [`Self::get`] for a set that will be drawn; `None` where there is no room for it beside what is in use or waits to be.
@@ -126,18 +135,16 @@ impl SetStore {
     /// # Errors
     /// As [`Self::get`].
     pub fn get_ahead(&self, gpu: &Gpu, set: &ChunkedSet) -> Result<Option<Arc<SetPages>>, GpuError> {
-        let mut held = self.lock();
+        let mut held = self.lock_without(set);
         if let Some(found) = held.find(set, true) {
             return Ok(Some(found));
         }
         let stays = held.sets.iter().filter(|held| held.waits || held.is_in_use());
-        let stays: u64 = stays.map(|held| held.pages.bytes()).sum();
+        let stays = stays.map(|held| held.pages.bytes()).sum::<u64>() + held.stats.uploading_bytes;
         if stays + bytes_on_gpu(set) > held.stats.limit_bytes {
             return Ok(None);
         }
-        let uploaded = held.upload(gpu, set, true)?;
-        held.stats.uploads_ahead += 1;
-        Ok(Some(uploaded))
+        self.upload(gpu, set, held, true).map(Some)
     }
 
     /// What was done so far.
@@ -145,9 +152,63 @@ impl SetStore {
         self.lock().stats
     }
 
-    /// Uploads run under the lock: who asks for the same set has to wait for it anyway, and nobody asks while drawing.
     fn lock(&self) -> MutexGuard<'_, Held> {
-        self.0.lock().unwrap_or_else(PoisonError::into_inner)
+        self.held.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// The same while `set` is not being uploaded; waits until that is so.
+    fn lock_without(&self, set: &ChunkedSet) -> MutexGuard<'_, Held> {
+        let is_uploading = |held: &mut Held| held.uploading.contains(&set.serial());
+        self.uploaded.wait_while(self.lock(), is_uploading).unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Uploads `set`, which is not there; `waits`: ahead of being drawn.
+    fn upload(
+        &self,
+        gpu: &Gpu,
+        set: &ChunkedSet,
+        mut held: MutexGuard<'_, Held>,
+        waits: bool,
+    ) -> Result<Arc<SetPages>, GpuError> {
+        let bytes = bytes_on_gpu(set);
+        let limit = held.stats.limit_bytes;
+        let mut pages = held.give_up_for(gpu, bytes, limit);
+        held.uploading.push(set.serial());
+        held.stats.uploading_bytes += bytes;
+        let mut under_way = UnderWay { store: self, serial: set.serial(), bytes };
+        drop(held);
+        let mut written = pages.write(gpu, set);
+        let mut held = self.lock();
+        held.stats.uploading_bytes -= std::mem::take(&mut under_way.bytes);
+        if let Err(GpuError::OutOfMemory { .. }) = written {
+            // There is less than was allowed: from now on what there is has to do.
+            drop(pages);
+            drop(held.give_up_for(gpu, 0, 0));
+            gpu.forget_bindings();
+            gpu.wait()?;
+            pages = SetPages::default();
+            written = pages.write(gpu, set);
+            held.stats.limit_bytes = held.bytes() + pages.bytes();
+        }
+        written?;
+        Ok(held.keep(pages, waits))
+    }
+}
+
+/// An upload that has begun. Ends with it, whatever becomes of it: nobody waits for what will never come.
+struct UnderWay<'a> {
+    store: &'a SetStore,
+    serial: u64,
+    /// Not yet taken off those that are being uploaded.
+    bytes: u64,
+}
+
+impl Drop for UnderWay<'_> {
+    fn drop(&mut self) {
+        let mut held = self.store.lock();
+        held.uploading.retain(|serial| *serial != self.serial);
+        held.stats.uploading_bytes -= self.bytes;
+        self.store.uploaded.notify_all();
     }
 }
 
@@ -160,25 +221,13 @@ impl Held {
         Some(pages)
     }
 
-    fn upload(&mut self, gpu: &Gpu, set: &ChunkedSet, waits: bool) -> Result<Arc<SetPages>, GpuError> {
-        let mut pages = self.give_up_for(gpu, bytes_on_gpu(set), self.stats.limit_bytes);
-        match pages.write(gpu, set) {
-            Err(GpuError::OutOfMemory { .. }) => {
-                // There is less than was allowed: from now on what there is has to do.
-                drop(pages);
-                drop(self.give_up_for(gpu, 0, 0));
-                gpu.forget_bindings();
-                gpu.wait()?;
-                pages = SetPages::default();
-                pages.write(gpu, set)?;
-                self.stats.limit_bytes = self.bytes() + pages.bytes();
-            }
-            written => written?,
-        }
+    /// Holds what was uploaded, which `waits` to be drawn or is drawn now.
+    fn keep(&mut self, pages: SetPages, waits: bool) -> Arc<SetPages> {
         let pages = Arc::new(pages);
         self.sets.push(HeldSet { pages: Arc::clone(&pages), waits });
         self.stats.peak_bytes = self.stats.peak_bytes.max(self.bytes());
-        Ok(pages)
+        *if waits { &mut self.stats.uploads_ahead } else { &mut self.stats.uploads } += 1;
+        pages
     }
 
     /// Gives up what is not in use until `bytes` more are within `limit`; hands over the last of it, to be written anew.
@@ -204,8 +253,9 @@ impl Held {
         shown.or_else(|| self.sets.iter().rposition(|held| !held.is_in_use()))
     }
 
+    /// Bytes held or being uploaded.
     fn bytes(&self) -> u64 {
-        self.sets.iter().map(|held| held.pages.bytes()).sum()
+        self.sets.iter().map(|held| held.pages.bytes()).sum::<u64>() + self.stats.uploading_bytes
     }
 }
 

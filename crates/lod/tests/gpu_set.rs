@@ -3,6 +3,8 @@
 #[allow(dead_code, reason = "shared with the other tests")]
 mod common;
 
+use std::sync::Arc;
+
 use common::{cameras, pool, viewpoint};
 use glam::Vec3;
 use meniscus_gpu::role::{AttributeValues, KeptRange, Scratch};
@@ -145,6 +147,48 @@ fn what_was_uploaded_ahead_stays_until_it_is_shown() {
     drawn.upload(&gpu, &store, &sets[3]).unwrap();
     assert_eq!(store.stats().uploads, 2);
     assert!(store.stats().peak_bytes <= store.stats().limit_bytes);
+}
+
+#[test]
+fn what_is_there_can_be_drawn_while_the_next_is_uploaded() {
+    let gpu = gpu();
+    let sets = moved_pools(2);
+    let store = SetStore::new(u64::MAX);
+    let shown = store.get(&gpu, &sets[0]).unwrap();
+    // A set that takes a while: whoever had to wait for it would not see it under way before and after. Each try may be over
+    // before this thread runs again.
+    let under_way = (0..50).any(|_| {
+        let mut frame = pool([20, 20, 20], 0);
+        frame.positions = frame.positions.repeat(200);
+        let large = chunks::build(&frame, &ChunkOptions::new(1_000_000, 1.0));
+        std::thread::scope(|threads| {
+            let upload = threads.spawn(|| store.get_ahead(&gpu, &large).unwrap().is_some());
+            let mut seen = false;
+            while !upload.is_finished() {
+                let before = store.stats().uploading_bytes;
+                let found = store.get(&gpu, &sets[0]).unwrap();
+                assert!(Arc::ptr_eq(&found, &shown));
+                seen |= before > 0 && store.stats().uploading_bytes > 0;
+            }
+            assert!(upload.join().unwrap());
+            seen
+        })
+    });
+    assert!(under_way, "the store gives nothing while it uploads");
+    assert_eq!(store.stats().uploading_bytes, 0);
+}
+
+#[test]
+fn who_asks_for_a_set_that_is_being_uploaded_gets_that_one() {
+    let gpu = gpu();
+    for set in moved_pools(8) {
+        let store = SetStore::new(u64::MAX);
+        std::thread::scope(|threads| {
+            let ahead = threads.spawn(|| store.get_ahead(&gpu, &set).unwrap().unwrap());
+            let drawn = store.get(&gpu, &set).unwrap();
+            assert!(Arc::ptr_eq(&drawn, &ahead.join().unwrap()), "uploaded twice");
+        });
+    }
 }
 
 const WEIGHTS: Shader = Shader {
