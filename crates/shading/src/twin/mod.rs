@@ -55,7 +55,7 @@ pub struct TwinInput<'a> {
     pub scene_color: &'a [[f32; 4]],
     /// Distance of the opaque scene along the view axis; `f32::MAX` = sky.
     pub scene_distance: &'a [f32],
-    /// What becomes of the sun's light, per block of pixels as [`Sunlight`](crate::Sunlight) has it, or a single value.
+    /// What becomes of the sun's light, per block of pixels as [`Sunlight`](meniscus_gpu::role::Sunlight) has it, or a single value.
     pub sunlight: &'a [[u32; 2]],
 }
 
