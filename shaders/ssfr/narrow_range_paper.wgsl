@@ -3,7 +3,7 @@
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::smoothing::{Smoothing, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> smoothing: Smoothing;
@@ -30,13 +30,6 @@ fn accept(range: ptr<function, Range>, d: f32, delta: f32) -> bool {
 
 fn distance_at(pixel: vec2<i32>) -> f32 {
     return textureLoad(source, pixel, 0).x;
-}
-
-// A smoothed distance.
-struct Smoothed {
-    distance: f32,
-    // Samples read besides the pixel's own.
-    taps: u32,
 }
 
 fn smooth_pixel(id: vec2<u32>) -> Smoothed {
@@ -118,7 +111,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
         let pixel = unpack_pixel(covered.packed[i]);
         let found = smooth_pixel(pixel);
-        textureStore(smoothed, pixel, vec4(found.distance));
+        textureStore(smoothed, pixel, vec4(found.value));
         taps += found.taps;
     }
     count(taps);

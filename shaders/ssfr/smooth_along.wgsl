@@ -4,7 +4,7 @@
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::key::{distance_of, smaller_step}
-#import meniscus::smoothing::{Smoothing, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
 #import meniscus::rule::{Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -23,13 +23,6 @@ const SLOPE_SIGMAS: f32 = 0.75;
 
 fn key_at(pixel: vec2<i32>) -> f32 {
     return textureLoad(source, pixel, 0).x;
-}
-
-// A smoothed key.
-struct Smoothed {
-    key: f32,
-    // Samples read besides the pixel's own.
-    taps: u32,
 }
 
 fn smooth_pixel(id: vec2<u32>) -> Smoothed {
@@ -83,7 +76,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
         let pixel = unpack_pixel(covered.packed[i]);
         let found = smooth_pixel(pixel);
-        textureStore(smoothed, pixel, vec4(found.key));
+        textureStore(smoothed, pixel, vec4(found.value));
         taps += found.taps;
     }
     count(taps);

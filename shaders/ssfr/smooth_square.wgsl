@@ -4,7 +4,7 @@
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::key::{distance_of, smaller_step}
-#import meniscus::smoothing::{Smoothing, sigmas, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, LEAST_SIGMA_PX}
 #import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -26,13 +26,6 @@ fn add(sum: ptr<function, Pair>, rule: Rule, after: f32, before: f32, rise: f32,
 
 fn key_at(pixel: vec2<i32>) -> f32 {
     return textureLoad(source, pixel, 0).x;
-}
-
-// A smoothed key.
-struct Smoothed {
-    key: f32,
-    // Samples read besides the pixel's own.
-    taps: u32,
 }
 
 fn smooth_pixel(id: vec2<u32>) -> Smoothed {
@@ -92,7 +85,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     for (var i = id.x; i < covered.count; i += groups.x * 64u) {
         let pixel = unpack_pixel(covered.packed[i]);
         let found = smooth_pixel(pixel);
-        textureStore(distance, pixel, vec4(distance_of(camera, found.key)));
+        textureStore(distance, pixel, vec4(distance_of(camera, found.value)));
         taps += found.taps;
     }
     count(taps);

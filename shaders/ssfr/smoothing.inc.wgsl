@@ -18,6 +18,14 @@ struct Smoothing {
     pad: f32,
 }
 
+// A pixel after a pass.
+struct Smoothed {
+    // Its key, or what the pass works on in place of it.
+    value: f32,
+    // Samples read besides the pixel's own.
+    taps: u32,
+}
+
 struct Sigmas {
     // Of one pass along a direction, pixels.
     pass_px: f32,

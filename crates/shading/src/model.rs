@@ -70,7 +70,7 @@ pub struct LightingInputs<'a> {
     /// Its distance.
     pub scene_distance: &'a Texture<SceneDistance>,
     /// What becomes of the sun's light on its way to scene and water, from [`SunlightPass`](crate::SunlightPass), or a single pixel
-    /// of [`Sunlight`]'s empty value where nothing throws a shadow.
+    /// of [`Sunlight::UNCHANGED`] where nothing throws a shadow.
     pub sunlight: &'a Texture<Sunlight>,
 }
 
