@@ -1,24 +1,34 @@
-// From the light that landed to how much brighter the scene is there than without waves: smoothed over the pixels between
-// which single bundles of light leave gaps, and as strong as wanted.
+// From the light that landed to how much brighter the scene is there than without waves. Particles say nothing about waves
+// finer than themselves: what they seem to focus at that scale is their own shape, which a Gaussian of about their spacing
+// takes out. It runs along the rows first, then (COLUMNS) along the columns.
 
 #import meniscus::camera::Camera
 
 struct Caustics {
     // 0: none, 1: all.
     strength: f32,
+    // Of the Gaussian; pixels of the sun's picture.
+    sigma_px: f32,
     pad_a: f32,
     pad_b: f32,
-    pad_c: f32,
 }
 
 @group(0) @binding(0) var<uniform> sun_camera: Camera;
 @group(0) @binding(1) var<uniform> parameters: Caustics;
-@group(0) @binding(2) var<storage, read> landed: array<u32>;
+#ifdef COLUMNS
+@group(0) @binding(2) var<storage, read> rows: array<f32>;
 @group(0) @binding(3) var<storage, read_write> caustics: array<f32>;
+#else
+@group(0) @binding(2) var<storage, read> landed: array<u32>;
+@group(0) @binding(3) var<storage, read_write> rows: array<f32>;
 
 const ONE: f32 = 4096.0;
+#endif
+
 // Brighter than this is noise of single particles.
 const MOST: f32 = 3.9;
+// Standard deviations that the Gaussian reaches.
+const REACH: f32 = 2.5;
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -27,15 +37,23 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(at >= size) {
         return;
     }
-    // A binomial of five by five.
-    const WEIGHTS = array<f32, 3>(6.0, 4.0, 1.0);
+    let reach = i32(ceil(REACH * parameters.sigma_px));
+    let rate = -0.72134752 / (parameters.sigma_px * parameters.sigma_px);
     var sum = 0.0;
-    for (var y = -2; y <= 2; y++) {
-        let row = clamp(at.y + y, 0, size.y - 1) * size.x;
-        for (var x = -2; x <= 2; x++) {
-            sum += WEIGHTS[abs(y)] * WEIGHTS[abs(x)] * f32(landed[row + clamp(at.x + x, 0, size.x - 1)]);
-        }
+    var weights = 0.0;
+    for (var i = -reach; i <= reach; i++) {
+        let weight = exp2(rate * f32(i * i));
+#ifdef COLUMNS
+        sum += weight * rows[clamp(at.y + i, 0, size.y - 1) * size.x + at.x];
+#else
+        sum += weight * f32(landed[at.y * size.x + clamp(at.x + i, 0, size.x - 1)]);
+#endif
+        weights += weight;
     }
-    let focus = sum / (256.0 * ONE);
-    caustics[at.y * size.x + at.x] = mix(1.0, min(focus, MOST), parameters.strength);
+    let pixel = at.y * size.x + at.x;
+#ifdef COLUMNS
+    caustics[pixel] = mix(1.0, min(sum / weights, MOST), parameters.strength);
+#else
+    rows[pixel] = sum / (weights * ONE);
+#endif
 }

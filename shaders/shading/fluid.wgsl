@@ -5,6 +5,7 @@
 
 #import meniscus::body::{COLOR_MIRROR, irradiance, tinted}
 #import meniscus::brdf::{PI, fresnel_dielectric}
+#import meniscus::camera::px_per_world
 #import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::{Neighbourhood, neighbourhood}
@@ -36,6 +37,11 @@ struct Fluid {
 // Share of sunlight that the deepest shadow takes: waves focus as much light as they take away, and light comes in from all
 // sides, so that a good part always arrives.
 const MAX_SHADOW: f32 = 0.55;
+
+// Single particles are spray when they are this small, and drops, with so much of the white left, from this size on; pixels.
+const SPRAY_PX: f32 = 2.0;
+const DROP_PX: f32 = 8.0;
+const NEAR_SPRAY: f32 = 0.4;
 
 // Share of diffuse light that a surface of water reflects back down.
 const INTERNAL_REFLECTANCE: f32 = 0.48;
@@ -84,15 +90,17 @@ fn shade(sky: Sky, water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, 
     let left = mix(1.0, COLOR_MIRROR, tint.a);
     let surface = mix(through, mirror, left * fresnel) + left * glint;
 
-    // Single particles stand for many small drops, which scatter like a white diffuser.
-    let white = model.spray * drop * (1.0 - tint.a);
+    // Single particles stand for many small drops, which scatter like a white diffuser. From near by they are the drops.
+    let spacing_px = model.spacing_world * px_per_world(camera, water.distance);
+    let near = mix(1.0, NEAR_SPRAY, smoothstep(SPRAY_PX, DROP_PX, spacing_px));
+    let white = model.spray * near * drop * (1.0 - tint.a);
     let diffuse = irradiance(sky, normal) + 0.3 * (1.0 - max(dot(normal, sky.sun_direction), 0.0)) * sky.sun_irradiance;
     return mix(surface, diffuse / PI, white);
 }
 
 // Where there is no water.
 fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let dim = shadow(vec2<f32>(pixel) + 0.5, model.medium, model.shadow_extinction, MAX_SHADOW);
+    let dim = shadow(vec2<f32>(pixel) + 0.5, 0.0, model.medium, model.shadow_extinction, MAX_SHADOW);
     return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
 }
 
@@ -104,7 +112,7 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let around = neighbourhood(pixel, distance, model.spacing_world);
     let water = water_point(camera, pixel, distance, around.normal_sum);
     let path = refracted_path(water, thickness, model.refractive_index, model.refraction_scale, model.spacing_world);
-    let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
+    let dim = shadow(path.end_px, path.length_world, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * wet(path) * background(path.end_px, path.nearest_distance, scene.rgb);
     let color = shade(sky_at(pixel), water, around, behind, path.length_world, attribute_color(pixel));
     return mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thickness, model.spacing_world));

@@ -56,7 +56,7 @@ fn enclosed(pixel: vec2<u32>, water: WaterPoint) -> f32 {
 
 // Where there is no water.
 fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let dim = shadow(vec2<f32>(pixel) + 0.5, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
+    let dim = shadow(vec2<f32>(pixel) + 0.5, 0.0, Medium(vec3(0.0), model.shadow_extinction), 0.0, MAX_SHADOW);
     return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
 }
 

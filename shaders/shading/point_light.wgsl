@@ -39,7 +39,7 @@ const MIN_NEARNESS: f32 = 0.25;
 
 // Where there is no water.
 fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let dim = shadow(vec2<f32>(pixel) + 0.5, model.medium, model.shadow_extinction, MAX_SHADOW);
+    let dim = shadow(vec2<f32>(pixel) + 0.5, 0.0, model.medium, model.shadow_extinction, MAX_SHADOW);
     return textureLoad(scene_color, pixel, 0) * vec4(dim, 1.0);
 }
 
@@ -65,7 +65,7 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let highlight = select(0.0, pow(theta, model.shininess), cos_i > 0.0);
 
     let path = refracted_path(water, thickness_at(pixel), model.refractive_index, model.refraction_scale, model.spacing_world);
-    let dim = shadow(path.end_px, model.medium, model.shadow_extinction, MAX_SHADOW);
+    let dim = shadow(path.end_px, path.length_world, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * background(path.end_px, path.nearest_distance, scene.rgb);
     let refracted = tinted(sky, transmitted(model.medium, sky, normal, behind, path.length_world), tint, normal);
     let mirror = environment(position, mirrored(normal, to_eye), 0.0);

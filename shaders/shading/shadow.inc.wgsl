@@ -37,10 +37,14 @@ fn sky_at(pixel: vec2<u32>) -> Sky {
 // How much of the water's tint its shadow has.
 const SHADOW_TINT: f32 = 0.7;
 
-// What the water between scene and sun makes of the light on the scene seen at `px`. `bent_away` (1 / world unit) is what
-// the surface directs elsewhere, on top of what the medium takes; `deepest` is the share of sunlight that the deepest shadow
-// takes. The scene was lit by sun and sky together; the sun's share is taken as that on level ground.
-fn shadow(px: vec2<f32>, medium: Medium, bent_away: f32, deepest: f32) -> vec3<f32> {
+// Most of what water scatters only leaves its way a little: that takes no light, but blurs what is seen by it. As a multiple of
+// the extinction.
+const BLURRING: f32 = 1.5;
+
+// What the water between scene and sun makes of the light on the scene seen at `px`, through so much water. `bent_away`
+// (1 / world unit) is what the surface directs elsewhere, on top of what the medium takes; `deepest` is the share of sunlight
+// that the deepest shadow takes. The scene was lit by sun and sky together; the sun's share is taken as that on level ground.
+fn shadow(px: vec2<f32>, seen_through_world: f32, medium: Medium, bent_away: f32, deepest: f32) -> vec3<f32> {
     let light = through_water(px);
     let sky = surroundings.sky;
     let sun = sky.sun_irradiance * max(dot(sky.sun_direction, sky.up), 0.0);
@@ -48,5 +52,7 @@ fn shadow(px: vec2<f32>, medium: Medium, bent_away: f32, deepest: f32) -> vec3<f
     let grey = dot(medium.absorption, vec3(1.0 / 3.0));
     let extinction = mix(vec3(grey), medium.absorption, SHADOW_TINT) + medium.scattering + bent_away;
     let left = 1.0 - deepest * (1.0 - exp2(-1.44269504 * extinction * light.x));
-    return 1.0 + share * (light.y * left - 1.0);
+    let blurring = BLURRING * (grey + medium.scattering);
+    let clarity = exp2(-1.44269504 * blurring * (light.x + seen_through_world));
+    return 1.0 + share * (mix(1.0, light.y, clarity) * left - 1.0);
 }

@@ -6,7 +6,8 @@ use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
 use meniscus_lod::{GpuSet, LodParams, Selector};
 use meniscus_shading::{
-    Caustics, CausticsPass, Landed, SceneGeometry, ScenePass, SunView as SunScene, SunWater, SunlightPass,
+    Caustics, CausticsPass, CausticsScratch, SceneGeometry, ScenePass, SunView as SunScene, SunWater,
+    SunlightPass, Waves,
 };
 use meniscus_ssfr::filter::NarrowRange;
 use meniscus_ssfr::{ColoredSet, FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
@@ -47,7 +48,7 @@ struct WaterView {
 struct Focus {
     pass: CausticsPass,
     strength: f32,
-    landed: Image<Landed>,
+    scratch: CausticsScratch,
 }
 
 /// A set and what of it the sun sees.
@@ -217,18 +218,14 @@ impl SunView {
         if let Some(water) = &self.water {
             let sets = splats(Look::Water);
             water.surface.record(recorder, gpu, &camera_binding, &sets, &self.scene_distance, &water.images);
-            if let Some(Focus { pass, strength, landed }) = &water.focus {
-                let (distance, normal) = (&water.images.distance, &water.images.normal);
-                pass.record(
-                    gpu,
-                    recorder,
-                    &self.scene(),
-                    distance,
-                    normal,
-                    *strength,
-                    landed,
-                    &water.caustics,
-                );
+            if let Some(Focus { pass, strength, scratch }) = &water.focus {
+                let waves = Waves {
+                    distance: &water.images.distance,
+                    normal: &water.images.normal,
+                    spacing_world: world.space().spacing as f32,
+                    strength: *strength,
+                };
+                pass.record(gpu, recorder, &self.scene(), &waves, scratch, &water.caustics);
             }
         }
         Ok(())
@@ -275,7 +272,8 @@ impl WaterView {
         let strength = settings.scene.caustics;
         let is_focused = strength > 0.0;
         let focus = || -> Result<Focus, PipelineError> {
-            Ok(Focus { pass: CausticsPass::new(gpu)?, strength, landed: Image::new(gpu, size)? })
+            let scratch = CausticsScratch::new(gpu, size)?;
+            Ok(Focus { pass: CausticsPass::new(gpu)?, strength, scratch })
         };
         Ok(Self {
             surface: Ssfr::new(gpu, &registry.filters, &params)?,

@@ -31,8 +31,8 @@ pub struct Sky {
 impl Default for Sky {
     fn default() -> Self {
         Self {
-            zenith: [0.07, 0.18, 0.42],
-            horizon: [0.40, 0.53, 0.68],
+            zenith: [0.09, 0.21, 0.45],
+            horizon: [0.95, 1.04, 1.15],
             ground: [0.30, 0.29, 0.27],
             glow: 1.0,
         }
@@ -86,7 +86,7 @@ impl Scene {
     /// Sun's elevation of the automatic scene.
     pub(crate) const SUN_ELEVATION_DEG: f32 = 48.0;
     /// Irradiance of the automatic sun: 48 degrees high, slightly warm.
-    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [3.60, 3.35, 2.95];
+    pub(crate) const SUN_IRRADIANCE: [f32; 3] = [3.40, 3.15, 2.75];
 
     /// The automatic scene for particles with centres in `bounds` (world) and the given `spacing` (world): a tiled floor that
     /// touches the lowest particles' cells, half a spacing below their centres, under a clear sky with the sun over

@@ -40,7 +40,7 @@ pub use object_bounds::ObjectBounds;
 pub use opaque_scene::{SceneGeometry, ScenePass};
 pub use registry::{LightingChoice, LightingRegistry};
 pub use solid::{SolidPass, SolidSurface};
-pub use sun_view::{Caustics, CausticsPass, Landed, SunView, SunWater, SunlightPass};
+pub use sun_view::{Caustics, CausticsPass, CausticsScratch, SunView, SunWater, SunlightPass, Waves};
 pub use surroundings::{MaterialUniform, SkyUniform, Surroundings};
 pub use vtk_names::VTK_NAMES;
 

@@ -14,10 +14,19 @@ const SUNLIGHT: Shader = shader!("shading/sunlight");
 const OBJECTS: Definition = Definition { name: "OBJECTS", value: 1 };
 const PHOTONS: Shader = shader!("shading/photons");
 const CAUSTICS: Shader = shader!("shading/caustics");
+/// Of the two runs of a Gaussian the second.
+const COLUMNS: Definition = Definition { name: "COLUMNS", value: 1 };
+/// How far caustics are blurred, spacings: enough to leave a ten-thousandth of a pattern that repeats every 1.4 of them, as rows
+/// of particles do.
+const CAUSTICS_SIGMA: f32 = 0.9;
+/// And at least, pixels: single bundles of light leave gaps.
+const LEAST_SIGMA_PX: f32 = 0.9;
+/// And at most: what takes longer is not seen either.
+const MOST_SIGMA_PX: f32 = 24.0;
 
 /// Light that landed in a pixel of the sun's picture.
 #[derive(Clone, Copy, Debug)]
-pub enum Landed {}
+pub(crate) enum Landed {}
 
 impl Role for Landed {
     type Element = u32;
@@ -125,21 +134,52 @@ impl SunlightPass {
 #[derive(Clone, Copy, Debug, PartialEq, Pod, Zeroable)]
 struct CausticsUniform {
     strength: f32,
+    sigma_px: f32,
     pad_a: f32,
     pad_b: f32,
-    pad_c: f32,
 }
 
 impl HostStruct for CausticsUniform {
     const WGSL_NAME: &'static str = "Caustics";
-    const FIELDS: &'static [HostField] = host_fields!(CausticsUniform { strength, pad_a, pad_b, pad_c });
+    const FIELDS: &'static [HostField] = host_fields!(CausticsUniform { strength, sigma_px, pad_a, pad_b });
+}
+
+/// What [`CausticsPass`] makes caustics of.
+#[derive(Clone, Copy, Debug)]
+pub struct Waves<'a> {
+    /// Surface of the water as the sun sees it.
+    pub distance: &'a Texture<EyeDistance>,
+    /// Its normals.
+    pub normal: &'a Texture<ViewNormal>,
+    /// Of the particles, world units: nothing finer is known.
+    pub spacing_world: f32,
+    /// How much of what is found, 0 to 1.
+    pub strength: f32,
+}
+
+/// What [`CausticsPass`] writes on the way.
+#[derive(Debug)]
+pub struct CausticsScratch {
+    landed: Image<Landed>,
+    rows: Image<Caustics>,
+}
+
+impl CausticsScratch {
+    /// For pictures of the sun of `size` pixels.
+    ///
+    /// # Errors
+    /// [`ShadingError::Gpu`] when there is no memory for it.
+    pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, ShadingError> {
+        Ok(Self { landed: Image::new(gpu, size)?, rows: Image::new(gpu, size)? })
+    }
 }
 
 /// Finds how the waves gather and scatter the sun's light on the scene (Shah, Konttinen & Pattanaik 2007).
 #[derive(Debug)]
 pub struct CausticsPass {
     photons: ComputePipeline,
-    smooth: ComputePipeline,
+    /// Along rows and columns.
+    blur: [ComputePipeline; 2],
 }
 
 impl CausticsPass {
@@ -148,37 +188,46 @@ impl CausticsPass {
     /// # Errors
     /// [`ShadingError::Gpu`] when a shader does not compile.
     pub fn new(gpu: &Gpu) -> Result<Self, ShadingError> {
-        Ok(Self { photons: compile(gpu, PHOTONS, &[])?, smooth: compile(gpu, CAUSTICS, &[])? })
+        let blur = [compile(gpu, CAUSTICS, &[])?, compile(gpu, CAUSTICS, &[COLUMNS])?];
+        Ok(Self { photons: compile(gpu, PHOTONS, &[])?, blur })
     }
 
-    /// Records `shading.photons` and `shading.caustics` for water with this surface into `output`. All images have the size of `sun`'s
-    /// camera. `strength`: 0 for none, 1 for all.
-    #[expect(clippy::too_many_arguments, reason = "each is a different image")]
+    /// Records `shading.photons`, and `shading.caustics` twice, into `output`. All images have the size of `sun`'s camera.
     pub fn record(
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder,
         sun: &SunView<'_>,
-        distance: &Texture<EyeDistance>,
-        normal: &Texture<ViewNormal>,
-        strength: f32,
-        landed: &Image<Landed>,
+        waves: &Waves<'_>,
+        scratch: &CausticsScratch,
         output: &Image<Caustics>,
     ) {
+        let CausticsScratch { landed, rows } = scratch;
         recorder.clear(gpu, "shading.photons", landed.buffer(), landed.buffer().len());
-        let mut bindings =
-            vec![("distances", distance.bind()), ("normals", normal.bind()), ("landed", landed.bind())];
+        let mut bindings = vec![
+            ("distances", waves.distance.bind()),
+            ("normals", waves.normal.bind()),
+            ("landed", landed.bind()),
+        ];
         bindings.extend(sun.bindings(recorder));
         let size = Dispatch::Pixels(output.size());
         recorder.compute(gpu, "shading.photons", &self.photons, &bindings, size);
-        let uniform = CausticsUniform { strength, pad_a: 0.0, pad_b: 0.0, pad_c: 0.0 };
-        let bindings = [
-            ("sun_camera", recorder.uniform(sun.camera)),
-            ("parameters", recorder.uniform(&uniform)),
-            ("landed", landed.bind()),
-            ("caustics", output.bind()),
-        ];
-        recorder.compute(gpu, "shading.caustics", &self.smooth, &bindings, size);
+        let sigma_px = CAUSTICS_SIGMA * waves.spacing_world * sun.camera.px_per_world_at_one;
+        let uniform = CausticsUniform {
+            strength: waves.strength,
+            sigma_px: sigma_px.clamp(LEAST_SIGMA_PX, MOST_SIGMA_PX),
+            pad_a: 0.0,
+            pad_b: 0.0,
+        };
+        let images = [("landed", landed.bind()), ("rows", rows.bind()), ("caustics", output.bind())];
+        for blur in &self.blur {
+            let mut bindings = vec![
+                ("sun_camera", recorder.uniform(sun.camera)),
+                ("parameters", recorder.uniform(&uniform)),
+            ];
+            bindings.extend(images.iter().filter(|(name, _)| blur.binds(name)).cloned());
+            recorder.compute(gpu, "shading.caustics", blur, &bindings, size);
+        }
     }
 }
 

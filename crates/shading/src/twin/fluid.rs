@@ -12,13 +12,16 @@ use super::reflected_objects::reflected_object;
 use super::reflection::{mirrored, sun_glint};
 use super::refraction::{Path, background, refracted_path};
 use super::shadow::{shadow, sky_at};
-use super::view::{point_to_world, to_world};
+use super::view::{point_to_world, px_per_world, to_world};
 use super::water::{WaterPoint, center_px, coverage, over, water_point};
 use super::{TwinInput, mix, smoothstep};
 use crate::SkyUniform;
 use crate::models::FluidUniform;
 
 const MAX_SHADOW: f32 = 0.55;
+const SPRAY_PX: f32 = 2.0;
+const DROP_PX: f32 = 8.0;
+const NEAR_SPRAY: f32 = 0.4;
 const INTERNAL_REFLECTANCE: f32 = 0.48;
 const WET_SHARE: f32 = 0.7;
 
@@ -64,7 +67,9 @@ fn shade(
     let left = 1.0 + (COLOR_MIRROR - 1.0) * tint.w;
     let surface = mix(through, mirror, left * reflectance) + left * glint;
 
-    let white = fluid.spray * drop * (1.0 - tint.w);
+    let spacing_px = fluid.spacing_world * px_per_world(camera, water.distance);
+    let near = 1.0 + (NEAR_SPRAY - 1.0) * smoothstep(SPRAY_PX, DROP_PX, spacing_px);
+    let white = fluid.spray * near * drop * (1.0 - tint.w);
     let n_l = normal.dot(sky.sun_direction.into()).max(0.0);
     let diffuse = irradiance(sky, normal) + 0.3 * (1.0 - n_l) * Vec3::from(sky.sun_irradiance);
     mix(surface, diffuse / PI, white)
@@ -73,10 +78,10 @@ fn shade(
 /// Radiance and coverage of `pixel`.
 pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
     let index = input.pixel_index(pixel);
-    let shadow = |px| shadow(input, px, &fluid.medium, fluid.shadow_extinction, MAX_SHADOW);
+    let shadow = |px, through| shadow(input, px, through, &fluid.medium, fluid.shadow_extinction, MAX_SHADOW);
     let scene = Vec4::from(input.scene_color[index]);
     if !input.shows_water(index) {
-        return (scene * shadow(center_px(pixel)).extend(1.0)).to_array();
+        return (scene * shadow(center_px(pixel), 0.0).extend(1.0)).to_array();
     }
     let (distance, thickness) = (input.distance[index], input.thickness[index]);
     let around = neighbourhood(input, pixel, distance, fluid.spacing_world);
@@ -89,7 +94,7 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
         fluid.refraction_scale,
         fluid.spacing_world,
     );
-    let dim = shadow(path.end_px);
+    let dim = shadow(path.end_px, path.length_world);
     let behind = background(input, path.end_px, path.nearest_distance, scene.truncate());
     let behind = dim * wet(fluid, input, &path) * behind;
     let sky = &sky_at(input, pixel);

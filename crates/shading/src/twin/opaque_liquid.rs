@@ -21,7 +21,7 @@ const MAX_SHADOW: f32 = 0.9;
 pub(crate) fn shade_pixel(model: &OpaqueLiquidUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
     let index = input.pixel_index(pixel);
     let medium = MediumUniform { absorption: [0.0; 3], scattering: model.shadow_extinction };
-    let dim = shadow(input, center_px(pixel), &medium, 0.0, MAX_SHADOW);
+    let dim = shadow(input, center_px(pixel), 0.0, &medium, 0.0, MAX_SHADOW);
     let scene = Vec4::from(input.scene_color[index]) * dim.extend(1.0);
     if !input.shows_water(index) {
         return scene.to_array();

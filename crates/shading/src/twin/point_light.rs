@@ -21,10 +21,10 @@ const MIN_NEARNESS: f32 = 0.25;
 /// Radiance and coverage of `pixel`.
 pub(crate) fn shade_pixel(model: &PointLightUniform, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
     let index = input.pixel_index(pixel);
-    let shadow = |px| shadow(input, px, &model.medium, model.shadow_extinction, MAX_SHADOW);
+    let shadow = |px, through| shadow(input, px, through, &model.medium, model.shadow_extinction, MAX_SHADOW);
     let scene = Vec4::from(input.scene_color[index]);
     if !input.shows_water(index) {
-        return (scene * shadow(center_px(pixel)).extend(1.0)).to_array();
+        return (scene * shadow(center_px(pixel), 0.0).extend(1.0)).to_array();
     }
     let (distance, thickness) = (input.distance[index], input.thickness[index]);
     let sky = &sky_at(input, pixel);
@@ -52,7 +52,7 @@ pub(crate) fn shade_pixel(model: &PointLightUniform, input: &TwinInput<'_>, pixe
         model.refraction_scale,
         model.spacing_world,
     );
-    let dim = shadow(path.end_px);
+    let dim = shadow(path.end_px, path.length_world);
     let behind = dim * background(input, path.end_px, path.nearest_distance, scene.truncate());
     let clear = transmitted(&model.medium, sky, normal, behind, path.length_world);
     let refracted = tinted(sky, clear, tint, normal);

@@ -9,6 +9,7 @@ use super::{TwinInput, mix};
 use crate::{MediumUniform, SkyUniform, SunlightPass};
 
 const SHADOW_TINT: f32 = 0.7;
+const BLURRING: f32 = 1.5;
 
 fn block_at(input: &TwinInput<'_>, block: IVec2) -> [u32; 2] {
     let size = SunlightPass::size_blocks(input.camera.size_px).map(|blocks| blocks as i32);
@@ -36,10 +37,11 @@ pub(super) fn sky_at(input: &TwinInput<'_>, pixel: [u32; 2]) -> SkyUniform {
     sky
 }
 
-/// What the water between scene and sun makes of the light on the scene seen at `px`.
+/// What the water between scene and sun makes of the light on the scene seen at `px`, through so much water.
 pub(super) fn shadow(
     input: &TwinInput<'_>,
     px: Vec2,
+    seen_through_world: f32,
     medium: &MediumUniform,
     bent_away: f32,
     deepest: f32,
@@ -49,8 +51,11 @@ pub(super) fn shadow(
     let sun = Vec3::from(sky.sun_irradiance) * Vec3::from(sky.sun_direction).dot(sky.up.into()).max(0.0);
     let share = sun / (sun + Vec3::from(sky.irradiance_up)).max(Vec3::splat(1e-30));
     let absorption = Vec3::from(medium.absorption);
-    let tinted = mix(Vec3::splat(absorption.element_sum() / 3.0), absorption, SHADOW_TINT);
+    let grey = absorption.element_sum() / 3.0;
+    let tinted = mix(Vec3::splat(grey), absorption, SHADOW_TINT);
     let extinction = tinted + medium.scattering + bent_away;
     let left = 1.0 - deepest * (1.0 - (-LOG2_E * extinction * light.x).map(f32::exp2));
-    1.0 + share * (light.y * left - 1.0)
+    let blurring = BLURRING * (grey + medium.scattering);
+    let clarity = (-LOG2_E * blurring * (light.x + seen_through_world)).exp2();
+    1.0 + share * ((1.0 + (light.y - 1.0) * clarity) * left - 1.0)
 }

@@ -4,7 +4,7 @@ use crate::support::{gpu, render, tiled_scene};
 use glam::Vec3;
 use meniscus_core::{Aabb, Camera, Projection, UpAxis};
 use meniscus_gpu::CameraUniform;
-use meniscus_gpu::role::NO_SURFACE;
+use meniscus_gpu::role::{NO_SURFACE, Sunlight};
 use meniscus_scene::{Scene, Sky};
 use meniscus_shading::conformance::{Frame, Water, cast, pack_normal};
 use meniscus_shading::{Fluid, FluidParameters, LightingModel, MediumParameters, Surroundings};
@@ -42,11 +42,13 @@ fn wavy_pool(camera: &Camera) -> Water {
     cast(&CameraUniform::new(camera, SIZE), BOUNDS, 0.01, waves)
 }
 
-/// Beer-Lambert wedge (`algorithms.md` 14.8): thickness grows from left to right over a white floor, seen straight down, so
-/// the logarithm of the colour falls linearly with slope -sigma.
-#[test]
-fn a_wedge_darkens_exponentially_with_the_given_slope() {
-    let gpu = gpu();
+/// No sky: no reflection on top of the transmitted light.
+fn black(scene: Scene) -> Scene {
+    Scene { sky: Sky { zenith: [0.0; 3], horizon: [0.0; 3], ground: [0.0; 3], glow: 0.0 }, ..scene }
+}
+
+/// Flat water over a white floor, seen straight down, whose thickness grows from left to right; and the thickness per pixel.
+fn wedge(scene: &Scene) -> (Frame, Vec<f32>) {
     let camera = Camera {
         eye: Vec3::new(0.0, 10.0, 0.0),
         target: Vec3::ZERO,
@@ -54,9 +56,6 @@ fn a_wedge_darkens_exponentially_with_the_given_slope() {
         projection: Projection::Orthographic { height_world: 1.0 },
         near: 0.1,
     };
-    let mut scene = white_scene();
-    // Black sky: no reflection on top of the transmitted light.
-    scene.sky = Sky { zenith: [0.0; 3], horizon: [0.0; 3], ground: [0.0; 3], glow: 0.0 };
     let pixels = (SIZE[0] * SIZE[1]) as usize;
     let thickness: Vec<f32> = (0..pixels).map(|i| 0.05 + 0.02 * (i % SIZE[0] as usize) as f32).collect();
     let water = Water {
@@ -64,7 +63,15 @@ fn a_wedge_darkens_exponentially_with_the_given_slope() {
         thickness: thickness.clone(),
         normal: vec![pack_normal(Vec3::Z); pixels],
     };
-    let mut frame = Frame::plain(&camera, SIZE, &scene, water, [1.0; 4], 1e3);
+    (Frame::plain(&camera, SIZE, scene, water, [1.0; 4], 1e3), thickness)
+}
+
+/// Beer-Lambert wedge (`algorithms.md` 14.8): thickness grows from left to right over a white floor, seen straight down, so
+/// the logarithm of the colour falls linearly with slope -sigma.
+#[test]
+fn a_wedge_darkens_exponentially_with_the_given_slope() {
+    let gpu = gpu();
+    let (mut frame, thickness) = wedge(&black(white_scene()));
     let given = MediumParameters {
         attenuation_color: [1.5, 0.5, 0.1],
         attenuation_depth: Some(1.0),
@@ -93,6 +100,39 @@ fn a_wedge_darkens_exponentially_with_the_given_slope() {
                     assert!((slope - sigma[c]).abs() < 1e-4 * (1.0 + 1.0 / t), "{slope} at thickness {t}");
                 }
             }
+        }
+    }
+}
+
+/// What waves gather on the floor is seen sharply through little water and not at all through much: against a floor that is lit
+/// evenly, it falls with 1.5 times the mean extinction on top of what the water absorbs.
+#[test]
+fn caustics_blur_with_the_water_that_they_are_seen_through() {
+    let gpu = gpu();
+    let mut scene = black(white_scene());
+    scene.sun.irradiance = [1.0; 3];
+    let (mut frame, thickness) = wedge(&scene);
+    let attenuation_color = [1.5f32, 0.5, 0.1];
+    let medium = MediumParameters {
+        attenuation_color,
+        attenuation_depth: Some(1.0),
+        turbidity: 0.0,
+        ..Default::default()
+    };
+    let model = Fluid::new(FluidParameters { medium, ..Default::default() }).unwrap();
+    let mut lit = |focus: f32| {
+        frame.sunlight = vec![Sunlight::pack(0.0, focus, 1.0)];
+        render(&frame, &gpu, &model)
+    };
+    let (evenly, gathered) = (lit(1.0), lit(2.0));
+    let blurring = 1.5 * attenuation_color.iter().sum::<f32>() / 3.0;
+    let transmitted = 1.0 - ((1.333f32 - 1.0) / (1.333 + 1.0)).powi(2);
+    for ((even, gathered), t) in evenly.iter().zip(&gathered).zip(&thickness) {
+        for c in 0..3 {
+            let slope = ((gathered[c] - even[c]) / transmitted).ln() / -t;
+            let expected = attenuation_color[c] + blurring;
+            // 5e-4: the logarithm of a difference of numbers near 1 in f32, which down to exp(-4) are left.
+            assert!((slope - expected).abs() < 5e-4 * (1.0 + 1.0 / t), "{slope}, not {expected}, at {t}");
         }
     }
 }

@@ -9,7 +9,7 @@ use meniscus_gpu::role::{
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture, Timing};
 use meniscus_scene::{Material, Mesh, Object, Scene, Sides};
 use meniscus_shading::conformance::pack_normal;
-use meniscus_shading::{Caustics, CausticsPass, Landed, SunView, SunWater, SunlightPass};
+use meniscus_shading::{Caustics, CausticsPass, CausticsScratch, SunView, SunWater, SunlightPass, Waves};
 
 use crate::support::{draw_scene, gpu, tiled_scene, world_ray};
 
@@ -114,6 +114,16 @@ fn above(gpu: &Gpu, height_world: f32) -> Above {
 
 /// Brightness of the floor under a surface of height `h` (x, y in [-1, 1] across the picture) and the slopes of it per world unit.
 fn caustics_under(gpu: &Gpu, sun: &Above, water: impl Fn(Vec2) -> Option<(f32, Vec2)>) -> Vec<f32> {
+    caustics_of(gpu, sun, 0.0, water)
+}
+
+/// The same for particles that are so far apart.
+fn caustics_of(
+    gpu: &Gpu,
+    sun: &Above,
+    spacing_world: f32,
+    water: impl Fn(Vec2) -> Option<(f32, Vec2)>,
+) -> Vec<f32> {
     let [width, height] = SUN_SIZE;
     let (mut distance, mut normal) = (Vec::new(), Vec::new());
     for i in 0..width * height {
@@ -132,18 +142,19 @@ fn caustics_under(gpu: &Gpu, sun: &Above, water: impl Fn(Vec2) -> Option<(f32, V
     }
     let distance = Texture::<EyeDistance>::from_texels(gpu, SUN_SIZE, &distance).unwrap();
     let normal = Texture::<ViewNormal>::from_texels(gpu, SUN_SIZE, &normal).unwrap();
-    let landed = Image::<Landed>::new(gpu, SUN_SIZE).unwrap();
+    let scratch = CausticsScratch::new(gpu, SUN_SIZE).unwrap();
     let output = Image::<Caustics>::new(gpu, SUN_SIZE).unwrap();
     let view = SunView { camera: &sun.camera, scene_distance: &sun.scene_distance };
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     let pass = CausticsPass::new(gpu).unwrap();
-    pass.record(gpu, &mut recorder, &view, &distance, &normal, 1.0, &landed, &output);
+    let waves = Waves { distance: &distance, normal: &normal, spacing_world, strength: 1.0 };
+    pass.record(gpu, &mut recorder, &view, &waves, &scratch, &output);
     let _ = recorder.submit(gpu).unwrap();
     output.read(gpu).unwrap()
 }
 
 /// Pixels at least `margin` away from the border.
-fn inner(margin: u32) -> impl Iterator<Item = usize> {
+fn inner(margin: u32) -> impl Iterator<Item = usize> + Clone {
     let [width, height] = SUN_SIZE;
     (margin..height - margin)
         .flat_map(move |y| (margin..width - margin).map(move |x| (y * width + x) as usize))
@@ -197,6 +208,28 @@ fn waves_move_light_and_make_none() {
     assert!((mean - 1.0).abs() < 5e-3, "{mean}");
     let brightest = found.iter().copied().fold(0.0, f32::max);
     assert!(brightest > 1.3, "waves are seen: {brightest}");
+}
+
+/// Rows of particles are no waves: what repeats with their spacing is not seen, what is eight times as long is.
+#[test]
+fn caustics_are_no_finer_than_the_particles() {
+    let gpu = gpu();
+    let sun = above(&gpu, 1.0);
+    let spacing = 1.0 / 16.0;
+    let contrast = |wavelength: f32| {
+        let wave_number = 2.0 * std::f32::consts::PI / wavelength;
+        // The most that a crest gathers is three halves: curvature times depth times 1 - 1/n is a third.
+        let slope = 4.0 / 3.0 / wave_number / 0.5;
+        let found = caustics_of(&gpu, &sun, spacing, |at| {
+            Some((0.5, Vec2::new(slope * (wave_number * 0.5 * at.x).sin(), 0.0)))
+        });
+        let inner = inner(64).map(|i| found[i]);
+        inner.clone().fold(0.0, f32::max) - inner.fold(f32::MAX, f32::min)
+    };
+    let [fine, coarse] = [spacing, 8.0 * spacing].map(contrast);
+    // A wave of the eightfold length keeps 78 % of what it is without smoothing; of one of a spacing it leaves what the Gaussian
+    // is cut off at, 0.3 %.
+    assert!(fine < 1e-2 && coarse > 0.4, "{fine} at the spacing, {coarse} at eight of them");
 }
 
 #[test]
