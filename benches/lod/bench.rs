@@ -36,6 +36,7 @@ fn lod(criterion: &mut Criterion) {
                 size_px: view.size,
                 radius_world: view.space().radius as f32,
                 spacing_world: view.space().spacing as f32,
+                sample_px: if threshold < 1.0 { 4 } else { 2 },
             };
             stage.cpu(
                 [&format!("select-{threshold}"), &view.name],

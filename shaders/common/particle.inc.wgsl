@@ -50,8 +50,8 @@ const GROWN_BELOW: f32 = 0.4;
 const MAX_GROWTH: f32 = 2.0;
 
 // Horvitz-Thompson weight and size of a particle with identity hash `packed & 0xffff` kept with probability keep / 65536.
-// The ramp narrows to nothing as the probability goes to 1, so that full detail is reached without a step.
-fn kept(packed: u32, keep: u32) -> Kept {
+// `closing`, at most 1: how much of the growth closes holes, the less the larger the radius is from the beginning. The ramp narrows to nothing as the probability goes to 1, so that full detail is reached without a step.
+fn kept(packed: u32, keep: u32, closing: f32) -> Kept {
     if keep >= 65536u {
         return Kept(1.0, 1.0);
     }
@@ -62,6 +62,6 @@ fn kept(packed: u32, keep: u32) -> Kept {
     // Mean of the fade over u in [0, p).
     let mean_fade = 1.0 - 0.5 * ramp / p;
     let share = clamp((GROWS_BELOW - p) / (GROWS_BELOW - GROWN_BELOW), 0.0, 1.0);
-    let growth = 1.0 + (min(pow(p, -1.0 / 3.0), MAX_GROWTH) - 1.0) * share;
+    let growth = 1.0 + (clamp(closing * pow(p, -1.0 / 3.0), 1.0, MAX_GROWTH) - 1.0) * share;
     return Kept(fade / (mean_fade * p), growth * pow(fade, 1.0 / 3.0));
 }

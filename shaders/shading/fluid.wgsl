@@ -36,7 +36,7 @@ struct Fluid {
 
 // Share of sunlight that the deepest shadow takes: waves focus as much light as they take away, and light comes in from all
 // sides, so that a good part always arrives.
-const MAX_SHADOW: f32 = 0.55;
+const MAX_SHADOW: f32 = 0.35;
 
 // Single particles are spray when they are this small, and drops, with so much of the white left, from this size on; pixels.
 const SPRAY_PX: f32 = 2.0;

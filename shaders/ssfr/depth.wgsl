@@ -1,8 +1,9 @@
 // Nearest sphere per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are.
-// TESTED: of ranges that are drawn after others, so that most of their spheres are hidden.
+// TESTED: of ranges that are drawn after others, so that most of their spheres are hidden. The last bits may be those of the
+// radius' grade.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area, GRADE_BITS, grade_of}
 #import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -55,6 +56,11 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
     let floor_squared = select(-1.0, 0.0, box.is_point);
     let front = d - splat.radius;
     let front_bits = bitcast<u32>(front);
+#ifndef UNIFORM
+    let is_graded = splats.is_graded != 0u;
+    let distance_bits = select(0xffffffffu, ~GRADE_BITS, is_graded);
+    let grade = select(0u, grade_of(splats, splat.radius), is_graded);
+#endif
     let columns = box.last.x - box.first.x;
     var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
     var o_y = o_first.y;
@@ -73,7 +79,11 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
                 let a = a_y + s_x * s_x;
                 let k = k_y + o_x * s_x;
                 let reachable = max(k * k + a * (inside - o_x * o_x), floor_squared);
+#ifdef UNIFORM
                 let bits = bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front));
+#else
+                let bits = bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front)) & distance_bits | grade;
+#endif
                 if reachable >= 0.0 && bits < stored {
                     atomicMin(&nearest[pixel], bits);
                 }

@@ -8,6 +8,26 @@ struct SplatSet {
     volume_world: f32,
     // Steps per world unit of the fixed-point thickness.
     steps_per_world: f32,
+    // How much of the growth of thinned particles is needed (particle.inc.wgsl).
+    closing: f32,
+    // Whether the last bits of distances tell how the radius of the visible splat compares with the set's.
+    is_graded: u32,
+}
+
+// Grades of radii: bits of a distance that they take, of which a few millionths of it are lost, and grades per factor of two.
+// The set's radius itself and twice that have a grade of their own.
+const GRADE_BITS: u32 = 31u;
+const GRADES_PER_OCTAVE: f32 = 15.0;
+const GRADE_OF_ONE: f32 = 16.0;
+
+fn grade_of(splats: SplatSet, radius_world: f32) -> u32 {
+    let octaves = log2(max(radius_world / splats.radius_world, 1e-6));
+    return u32(clamp(round(GRADE_OF_ONE + GRADES_PER_OCTAVE * octaves), 0.0, f32(GRADE_BITS)));
+}
+
+// What a radius of this grade is of the set's.
+fn radius_of_grade(grade: u32) -> f32 {
+    return exp2((f32(grade) - GRADE_OF_ONE) / GRADES_PER_OCTAVE);
 }
 
 // The pixel centres of a picture. Plane coordinates are tangents x/d, y/d (perspective) or view-space x, y (parallel);
@@ -81,7 +101,7 @@ fn splat_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep: u3
     return Splat(vec3(p.xy, -p.z), splats.radius_world, splats.volume_world);
 #else
     let relative = half_to_float(particle.packed >> 16u);
-    let chosen = kept(particle.packed, keep);
+    let chosen = kept(particle.packed, keep, splats.closing);
     return Splat(
         vec3(p.xy, -p.z),
         splats.radius_world * relative * chosen.radius,

@@ -101,7 +101,7 @@ mod tests {
             @group(0) @binding(5) var<storage, read> stand_ins: array<StandIn>;\n\
             @compute @workgroup_size(1) fn main() {\n\
               out[1] = occludees[0].front + stand_ins[0].center_world.x;\n\
-              out[0] = view_ray(camera, particles[0].position_world.xy).step.x + kept(particles[0].packed, ranges[0].keep).weight;\n}",
+              out[0] = view_ray(camera, particles[0].position_world.xy).step.x + kept(particles[0].packed, ranges[0].keep, 1.0).weight;\n}",
     };
 
     #[test]

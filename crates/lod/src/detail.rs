@@ -16,16 +16,17 @@ const COLOR_PER_RELATIVE_ERROR: f32 = 0.367_879_45;
 /// thickness is made of and smoothed over.
 const PERIOD_ERRORS: f32 = 8.0;
 
-/// Distance of particles, in pixels, up to which stand-ins cost less than their particles: a large sphere covers many samples
-/// of the thickness, while a particle is shared out between four whatever its size. Measured on llvmpipe for samples of 2 x 2
-/// pixels, the default; with others only the cost is another.
-const WORTH_IT_PX: [f32; 3] = [3.0, 5.0, 8.0];
+/// Distance of particles, in samples of the thickness, up to which stand-ins cost less than their particles: a large sphere covers
+/// many samples, while a particle is shared out between four whatever its size. Measured on llvmpipe for samples of 2 x 2 pixels.
+const WORTH_IT_SAMPLES: [f32; 3] = [1.5, 2.5, 4.0];
 
-/// The stand-ins to take for a part of a chunk whose particles are `spacing_px` pixels apart; `None`: its particles.
+/// The stand-ins to take for a part of a chunk whose particles are `spacing_px` pixels apart, where a sample of the thickness is as
+/// wide as `sample_px`; `None`: its particles.
 pub(crate) fn stand_ins_for(
     of_part: &[StandIns; 3],
     is_buried: bool,
     spacing_px: f32,
+    sample_px: f32,
     params: &LodParams,
 ) -> Option<StandIns> {
     if params.mode == Mode::Threshold && !(params.threshold > 0.0 && params.threshold < 1.0) {
@@ -39,7 +40,9 @@ pub(crate) fn stand_ins_for(
     Coarseness::ALL
         .into_iter()
         .rev()
-        .filter(|&coarseness| is_tolerated(coarseness) && spacing_px <= WORTH_IT_PX[coarseness as usize])
+        .filter(|&coarseness| {
+            is_tolerated(coarseness) && spacing_px <= WORTH_IT_SAMPLES[coarseness as usize] * sample_px
+        })
         .map(|coarseness| of_part[coarseness as usize])
         .find(|stand_ins| stand_ins.count > 0)
 }

@@ -26,6 +26,8 @@ pub struct Viewpoint {
     pub radius_world: f32,
     /// Distance of neighbouring particles of the set's own size, world units.
     pub spacing_world: f32,
+    /// Pixels per side of a sample of the thickness, > 0: the coarser, the sooner stand-ins cost less than particles.
+    pub sample_px: u32,
 }
 
 /// Particle numbers of one set.
@@ -366,6 +368,7 @@ impl Chooser<'_> {
         let chunk = candidate.chunk;
         let particles = self.set.particles_of(chunk);
         let spacing_px = self.viewpoint.spacing_world * self.view.px_per_world(candidate.nearest);
+        let sample_px = self.viewpoint.sample_px as f32;
         let ends = [0, chunk.isolated, chunk.isolated + chunk.shell, chunk.count];
         let keeps = self.keeps(candidate, spacing_px * chunk.largest);
         let parts: [PartChoice; 3] = std::array::from_fn(|part| {
@@ -382,7 +385,8 @@ impl Chooser<'_> {
             let (mass, stand_ins) = match part.checked_sub(1) {
                 Some(_) if self.cut.keeps_none() => (Prefix::default(), StandIns::default()),
                 Some(part) if self.params.policy == Policy::Default => {
-                    match stand_ins_for(&chunk.stand_ins[part], part == 1, spacing_px, self.params) {
+                    match stand_ins_for(&chunk.stand_ins[part], part == 1, spacing_px, sample_px, self.params)
+                    {
                         Some(stand_ins) => (Prefix::default(), stand_ins),
                         None => (all, StandIns::default()),
                     }

@@ -199,7 +199,7 @@ const WEIGHTS: Shader = Shader {
         @compute @workgroup_size(64)\n\
         fn main(@builtin(global_invocation_id) id: vec3<u32>) {\n\
           if id.x < arrayLength(&cases) {\n\
-            let k = kept(cases[id.x].x, cases[id.x].y);\n\
+            let k = kept(cases[id.x].x, cases[id.x].y, 0.7);\n\
             weights[id.x] = vec2(k.weight, k.radius);\n\
           }\n}",
 };
@@ -227,7 +227,7 @@ fn the_shader_weighs_like_its_twin() {
     );
     let _ = recorder.submit(&gpu).unwrap();
     for (case, found) in cases.iter().zip(output.read(&gpu).unwrap().chunks(2)) {
-        let expected = kept(case[0], case[1]).unwrap();
+        let expected = kept(case[0], case[1], 0.7).unwrap();
         // WGSL's `pow` may be off by some 16 ulps of its exponent's product, here 1e-5 or less; division by 2.5 ulps.
         assert!((found[0] - expected.weight).abs() <= 1e-5 * expected.weight.max(1.0), "{case:?}: {found:?}");
         assert!((found[1] - expected.radius).abs() <= 1e-4, "{case:?}: {found:?} {expected:?}");

@@ -121,7 +121,7 @@ fn particles_of_many_sizes_keep_their_volume() {
             let [mut found, mut variance] = [0.0; 2];
             for range in selection.pages.iter().flat_map(|page| &page.mass) {
                 for particle in &set.particles[range.first as usize..][..range.count as usize] {
-                    let kept = kept(particle.packed, range.keep).expect("a kept prefix");
+                    let kept = kept(particle.packed, range.keep, 1.0).expect("a kept prefix");
                     found += volume(particle) * f64::from(kept.weight);
                     variance += (volume(particle) * f64::from(kept.weight)).powi(2);
                 }
@@ -185,7 +185,7 @@ fn a_kept_prefix_is_the_predicate() {
                 for slot in part {
                     let inside = u32::from(set.particles[slot].hash()) < keep;
                     assert_eq!(keep_of.get(&slot), inside.then_some(&keep));
-                    assert_eq!(kept(set.particles[slot].packed, keep).is_some(), inside);
+                    assert_eq!(kept(set.particles[slot].packed, keep, 1.0).is_some(), inside);
                 }
             }
         }
@@ -199,7 +199,7 @@ fn volume(set: &ChunkedSet, selection: &Selection) -> f64 {
         let particles = &set.particles[set.page_slots(page)];
         for range in &of_page.mass {
             let slots = range.first as usize..(range.first + range.count) as usize;
-            let kept = particles[slots].iter().filter_map(|p| kept(p.packed, range.keep));
+            let kept = particles[slots].iter().filter_map(|p| kept(p.packed, range.keep, 1.0));
             volume += kept.map(|kept| f64::from(kept.weight)).sum::<f64>();
         }
         for range in &of_page.stand_ins {

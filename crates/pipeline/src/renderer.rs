@@ -11,7 +11,7 @@ use meniscus_lod::{
     Viewpoint, explain,
 };
 use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
-use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SurfaceImages, Tested};
+use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested};
 
 use crate::colors::{GpuValues, SurfaceColors};
 use crate::counters;
@@ -84,7 +84,7 @@ impl Renderer {
         Ok(Self {
             recorder: Recorder::new(&gpu, Timing::Stamps),
             scene: ScenePass::new(&gpu)?,
-            surface: Ssfr::new(&gpu, &registry.filters, &settings.surface)?,
+            surface: Ssfr::new(&gpu, &registry.filters, &settings.water_surface())?,
             sun: None,
             lighting,
             compositor: Compositor::new(&gpu, &settings.post)?,
@@ -161,6 +161,7 @@ impl Renderer {
     pub fn set_lod(&mut self, params: LodParams) -> Result<(), PipelineError> {
         params.validate()?;
         self.settings.lod = params;
+        self.surface.set_params(&self.gpu, &self.registry.filters, &self.settings.water_surface())?;
         Ok(())
     }
 
@@ -248,7 +249,7 @@ impl Renderer {
         look: impl FnOnce(&[Explained<'_>], &[f32], f32) -> T,
     ) -> Result<T, PipelineError> {
         let surface = self.surface_images();
-        let viewpoint = viewpoint(world, camera, surface.size());
+        let viewpoint = viewpoint(world, camera, surface.size(), self.surface.params());
         let mut chunks = Vec::new();
         for set in &frame.sets {
             let fates = explain(&set.chunked, &viewpoint, &self.settings.lod)?;
@@ -524,7 +525,7 @@ impl Renderer {
     }
 
     fn fit_images(&mut self, size: [u32; 2]) -> Result<(), PipelineError> {
-        let params = &self.settings.surface;
+        let params = self.surface.params();
         if !self.images.as_ref().is_some_and(|images| images.surface.fit(size, params)) {
             // The old ones go first: two sets of images may not fit.
             self.images = None;
@@ -591,7 +592,7 @@ impl Renderer {
         self.sets.truncate(frame.sets.len());
         self.sets.resize_with(frame.sets.len(), DrawnSet::new);
         self.counts = ParticleCounts::default();
-        let viewpoint = viewpoint(world, camera, size);
+        let viewpoint = viewpoint(world, camera, size, self.surface.params());
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
             drawn.look = set.look;
             drawn.gpu.upload(&self.gpu, &self.store, &set.chunked)?;
@@ -634,12 +635,18 @@ fn objects(frame: &PreparedFrame, world: &World, geometry: &SceneGeometry) -> Op
     (!bounds.is_empty()).then_some(bounds)
 }
 
-pub(crate) fn viewpoint(world: &World, camera: &Camera, size_px: [u32; 2]) -> Viewpoint {
+pub(crate) fn viewpoint(
+    world: &World,
+    camera: &Camera,
+    size_px: [u32; 2],
+    surface: &SsfrParams,
+) -> Viewpoint {
     Viewpoint {
         camera: *camera,
         size_px,
         radius_world: world.space().radius as f32,
         spacing_world: world.space().spacing as f32,
+        sample_px: surface.thickness.scale,
     }
 }
 
@@ -658,6 +665,8 @@ pub(crate) fn splat_set<'a>(
             && selection.least_keep as f32 >= GROWS_BELOW * KeptRange::KEEP_ALL as f32
         {
             Radii::Fading
+        } else if !selection.has_sizes {
+            Radii::Grown
         } else {
             Radii::Different
         },

@@ -2,10 +2,10 @@ use std::path::PathBuf;
 
 use meniscus_compositor::CompositorParameters;
 use meniscus_core::Choice;
-use meniscus_lod::LodParams;
+use meniscus_lod::{LodParams, Mode};
 use meniscus_scene::Description;
 use meniscus_shading::{LightingChoice, VTK_NAMES};
-use meniscus_ssfr::SsfrParams;
+use meniscus_ssfr::{SsfrParams, ThicknessParams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -173,6 +173,16 @@ impl Settings {
     /// The key that `key` stands for, if it is a name of VTK's fluid mapper: `RefractiveIndex`, or `lighting.RefractiveIndex`.
     pub fn key_of_vtk(key: &str) -> Option<String> {
         key_of_vtk(key)
+    }
+
+    /// How the surface of the water is made: as [`Self::surface`] says, but below full detail, where coarse stand-ins take the place
+    /// of particles in the thickness, with coarser samples of it.
+    pub(crate) fn water_surface(&self) -> SsfrParams {
+        let mut surface = self.surface.clone();
+        if self.lod.mode == Mode::Threshold && !self.lod.is_full() {
+            surface.thickness.scale = (2 * surface.thickness.scale).min(ThicknessParams::MAX_SCALE);
+        }
+        surface
     }
 
     /// Sets the parameter `key` (dots between stage and name, as [`Self::describe`] lists them) to `value`, written as in

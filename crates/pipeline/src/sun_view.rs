@@ -4,7 +4,7 @@ use glam::Vec3;
 use meniscus_core::{Aabb, Camera, Look, Projection};
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance};
 use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
-use meniscus_lod::{GpuSet, LodParams, Selector};
+use meniscus_lod::{GpuSet, Selector};
 use meniscus_shading::{
     Caustics, CausticsPass, CausticsScratch, SceneGeometry, ScenePass, SunView as SunScene, SunWater,
     SunlightPass, Waves,
@@ -141,7 +141,7 @@ impl SunView {
         if self.drawn.is_some() {
             return Ok(());
         }
-        self.select(gpu, frame, sets, world, &settings.lod)?;
+        self.select(gpu, frame, sets, world, settings)?;
         recorder.set_view("sun/");
         let drawn = self.draw(gpu, recorder, (registry, settings), scene_pass, geometry, frame, world);
         recorder.set_view("");
@@ -156,13 +156,13 @@ impl SunView {
         frame: &PreparedFrame,
         sets: impl Iterator<Item = &'a GpuSet>,
         world: &World,
-        lod: &LodParams,
+        settings: &Settings,
     ) -> Result<(), PipelineError> {
         self.sets.resize_with(frame.sets.len(), SunSet::default);
-        let viewpoint = viewpoint(world, &self.camera, self.uniform.size_px);
+        let viewpoint = viewpoint(world, &self.camera, self.uniform.size_px, &settings.water_surface());
         for ((seen, on_gpu), set) in self.sets.iter_mut().zip(sets).zip(&frame.sets) {
             seen.gpu.share(gpu, on_gpu)?;
-            seen.selector.update(&set.chunked, &viewpoint, lod)?;
+            seen.selector.update(&set.chunked, &viewpoint, &settings.lod)?;
             seen.gpu.update(gpu, seen.selector.selection())?;
         }
         Ok(())
@@ -268,7 +268,7 @@ impl WaterView {
         // Waves focus light, single particles do not: bumps of a spacing would be seen as a net of dots.
         let sigma = serde_json::Map::from_iter([("sigma".to_owned(), WAVES_SIGMA.into())]);
         let filter = FilterChoice { name: NarrowRange::NAME.to_owned(), parameters: sigma };
-        let params = SsfrParams { filter, ..settings.surface.clone() };
+        let params = SsfrParams { filter, ..settings.water_surface() };
         let strength = settings.scene.caustics;
         let is_focused = strength > 0.0;
         let focus = || -> Result<Focus, PipelineError> {
@@ -277,7 +277,7 @@ impl WaterView {
         };
         Ok(Self {
             surface: Ssfr::new(gpu, &registry.filters, &params)?,
-            images: SurfaceImages::new(gpu, size, &settings.surface)?,
+            images: SurfaceImages::new(gpu, size, &params)?,
             sunlight: SunlightPass::new(gpu)?,
             focus: is_focused.then(focus).transpose()?,
             caustics: if is_focused {

@@ -23,7 +23,7 @@ impl Default for FilterChoice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThicknessParams {
-    /// Pixels per side that share one sample: 1, 2 or 4.
+    /// Pixels per side that share one sample, 1, 2 or 4; the pipeline takes twice as many, at most 4, below full detail.
     pub scale: u32,
     /// Standard deviation of the smoothing in projected particle spacings, 0 (none) to 10.
     pub smoothing: f32,
@@ -36,6 +36,9 @@ impl Default for ThicknessParams {
 }
 
 impl ThicknessParams {
+    /// Most pixels per side of a sample.
+    pub const MAX_SCALE: u32 = 4;
+
     /// Half size of a splat, in samples, from which its profile is drawn. Sampled profiles depend on where between the
     /// samples the centre lies, by up to 7 % at 2, so that smaller splats are shared out between the four nearest samples.
     /// A smoothing of half a spacing or more levels what is shared out by far larger splats too, which saves most of the

@@ -34,7 +34,10 @@ pub enum Radii {
     Equal,
     /// Some are smaller while they fade in; the set's radius is right for the smoothing all the same.
     Fading,
-    /// Some are larger, or have radii of their own: a pass finds the radius of each pixel.
+    /// Level of detail makes some up to twice as large, none has a radius of its own: the last bits of the distance image tell the
+    /// visible one's, to 2.4 percent.
+    Grown,
+    /// Some have radii of their own: a pass finds the radius of each pixel.
     Different,
 }
 
@@ -67,23 +70,48 @@ pub(crate) struct SplatUniform {
     pub(crate) radius_world: f32,
     pub(crate) volume_world: f32,
     pub(crate) steps_per_world: f32,
+    pub(crate) closing: f32,
+    pub(crate) is_graded: u32,
 }
 
 impl HostStruct for SplatUniform {
     const WGSL_NAME: &'static str = "SplatSet";
-    const FIELDS: &'static [HostField] =
-        meniscus_gpu::host_fields!(SplatUniform { radius_world, volume_world, steps_per_world });
+    const FIELDS: &'static [HostField] = meniscus_gpu::host_fields!(SplatUniform {
+        radius_world,
+        volume_world,
+        steps_per_world,
+        closing,
+        is_graded,
+    });
+}
+
+/// Drawn radius, in spacings, from which spheres on a lattice cover each other with room to spare.
+const COVERING_RADIUS: f32 = 0.625;
+
+/// How much of the growth of thinned particles is needed to close holes, at most 1 (`meniscus::particle::kept`).
+pub(crate) fn closing(radius_world: f32, spacing_world: f32) -> f32 {
+    (COVERING_RADIUS * spacing_world / radius_world).min(1.0)
 }
 
 /// Steps of the fixed-point thickness per spacing of the finest set: sums saturate at two million spacings.
 const STEPS_PER_SPACING: f32 = 1024.0;
 
+/// Where the radius of the visible splat comes from.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum VisibleRadius {
+    /// All have this one, world units.
+    One(f32),
+    /// The last bits of the distance tell how it compares with this one, world units.
+    Graded(f32),
+    /// A pass finds it.
+    Found,
+}
+
 /// What the passes need to know of all sets together.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Common {
     pub(crate) steps_per_world: f32,
-    /// The one radius of all splats, if there is one.
-    pub(crate) uniform_radius_world: Option<f32>,
+    pub(crate) visible_radius: VisibleRadius,
     /// Of the first set; the filters scale with it.
     pub(crate) spacing_per_radius: f32,
 }
@@ -91,13 +119,14 @@ pub(crate) struct Common {
 impl Common {
     pub(crate) fn of(sets: &[SplatSet<'_>]) -> Self {
         let finest = sets.iter().map(SplatSet::spacing_world).fold(f32::INFINITY, f32::min);
-        let uniform = match sets {
-            [only] if only.radii <= Radii::Fading => Some(only.radius_world),
-            _ => None,
+        let visible_radius = match sets {
+            [only] if only.radii <= Radii::Fading => VisibleRadius::One(only.radius_world),
+            [only] if only.radii == Radii::Grown => VisibleRadius::Graded(only.radius_world),
+            _ => VisibleRadius::Found,
         };
         Self {
             steps_per_world: if finest.is_finite() { STEPS_PER_SPACING / finest } else { 1.0 },
-            uniform_radius_world: uniform,
+            visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
         }
     }

@@ -97,6 +97,49 @@ fn depth_and_radius_agree_with_their_twin() {
     }
 }
 
+/// Where level of detail makes spheres grow, grades in the last bits of the distances take the place of the radius pass.
+#[test]
+fn grades_tell_the_radius_of_the_visible_sphere_and_hardly_change_its_distance() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -0.7, -4.0], [14, 10, 16], 0.15, 0.3, 1);
+    for camera in [perspective(0.5, 1.2), parallel(0.5, 2.2)] {
+        let mut scene = Scene::new(camera, [160, 120], &body.positions, 0.09, 0.15);
+        for (i, limit) in scene.scene_distance.iter_mut().enumerate() {
+            *limit = if i % 160 > 80 { 2.5 } else { NO_SURFACE };
+        }
+        scene.radii = meniscus_ssfr::Radii::Grown;
+        // From those that have twice the radius to those that fade.
+        let count = scene.particles.len() as u32;
+        scene.ranges = (0..count)
+            .step_by(64)
+            .zip([4000, 20_000, 30_000, 65_000].into_iter().cycle())
+            .map(|(first, keep)| KeptRange { first, count: (count - first).min(64), keep, flags: 0 })
+            .collect();
+        for (i, particle) in scene.particles.iter_mut().enumerate() {
+            particle.packed = particle.packed & 0xffff_0000 | (i * 37 % 4000) as u32;
+        }
+        let frame = scene.render(&gpu, &params("none", 2, 1.0));
+        let expected = twin::depth(&scene.view(), &[scene.host_set()], &scene.scene_distance);
+        let mut grown = 0;
+        let differs = |i: &usize| {
+            let (found, exact) = (frame.unfiltered[*i], expected.distance[*i]);
+            if !(is_fluid(found) && is_fluid(exact)) {
+                return is_fluid(found) != is_fluid(exact);
+            }
+            let (radius, exact_radius) = (frame.radius[*i], expected.radius[*i]);
+            grown += u32::from(radius > 0.12);
+            // 31 steps of a float; half of a fifteenth of a factor of two. Below half of the set's radius spheres that fade have
+            // the lowest grade.
+            (found - exact).abs() > 1e-4 * 0.09 + 4e-6 * exact
+                || (radius - exact_radius.max(0.0429)).abs() > 0.0235 * exact_radius
+        };
+        let count = (0..frame.unfiltered.len()).filter(differs).count();
+        // As `assert_same_surface`, and where two spheres are about equally near the grades decide.
+        assert!(count * 500 <= frame.unfiltered.len(), "{count} pixels differ");
+        assert!(grown > 1000, "{grown} pixels of grown spheres");
+    }
+}
+
 /// Only what is hidden for sure may be left out: spheres whose centres lie within a wall of others, and which bulge out of it.
 #[test]
 fn tested_spheres_show_where_they_bulge_out_of_those_drawn_first() {

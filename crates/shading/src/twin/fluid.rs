@@ -18,7 +18,7 @@ use super::{TwinInput, mix, smoothstep};
 use crate::SkyUniform;
 use crate::models::FluidUniform;
 
-const MAX_SHADOW: f32 = 0.55;
+const MAX_SHADOW: f32 = 0.35;
 const SPRAY_PX: f32 = 2.0;
 const DROP_PX: f32 = 8.0;
 const NEAR_SPRAY: f32 = 0.4;

@@ -3,7 +3,7 @@
 use meniscus_gpu::{Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader};
 
 use super::counted_pipeline;
-use crate::splats::{Common, SplatUniform};
+use crate::splats::{Common, SplatUniform, VisibleRadius, closing};
 use crate::{Radii, SplatInput, SplatSet};
 
 /// A splat pass, compiled for sets of one radius and for all others.
@@ -96,6 +96,8 @@ pub(super) fn each_page(
                 radius_world,
                 volume_world: set.volume_world,
                 steps_per_world: common.steps_per_world,
+                closing: closing(set.radius_world, set.spacing_world()),
+                is_graded: u32::from(matches!(common.visible_radius, VisibleRadius::Graded(_))),
             });
             let is_uniform = match list {
                 List::Front | List::Visible => set.radii == Radii::Equal,

@@ -1,16 +1,32 @@
+use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::SceneDistance;
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Texture, shader,
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, Recorder, Texture,
+    shader,
 };
 
 use super::occlusion::OcclusionPasses;
 use super::pages::{List, PageBindings, SplatPipelines, each_page};
 use super::pipeline;
-use crate::splats::Common;
+use crate::splats::{Common, VisibleRadius};
 use crate::{SplatSet, SurfaceImages};
 
 /// Name of the counter of pixels visited.
 const COUNTER: &str = "splat_pixels_depth";
+
+/// WGSL: `Surface` of `shaders/ssfr/surface.wgsl`.
+#[repr(C)]
+#[derive(Clone, Copy, Debug, Pod, Zeroable)]
+struct SurfaceUniform {
+    radius_world: f32,
+    is_graded: u32,
+}
+
+impl HostStruct for SurfaceUniform {
+    const WGSL_NAME: &'static str = "Surface";
+    const FIELDS: &'static [HostField] =
+        meniscus_gpu::host_fields!(SurfaceUniform { radius_world, is_graded });
+}
 
 /// Distance and radius of the nearest sphere.
 pub(crate) struct SurfacePasses {
@@ -79,7 +95,7 @@ impl SurfacePasses {
             let pipeline = self.tested_depth.of(page.is_uniform);
             recorder.compute(gpu, "ssfr.depth", pipeline, &bindings, page.groups);
         });
-        if common.uniform_radius_world.is_none() {
+        if common.visible_radius == VisibleRadius::Found {
             let pixels = size[0] as usize * size[1] as usize;
             recorder.clear(gpu, "ssfr.radius", &images.radius, pixels);
             for list in [List::Front, List::Visible] {
@@ -90,7 +106,12 @@ impl SurfacePasses {
                 });
             }
         }
-        let uniform = recorder.uniform(&[common.uniform_radius_world.unwrap_or(0.0), 0.0, 0.0, 0.0]);
+        let (radius_world, is_graded) = match common.visible_radius {
+            VisibleRadius::One(radius_world) => (radius_world, 0),
+            VisibleRadius::Graded(radius_world) => (radius_world, 1),
+            VisibleRadius::Found => (0.0, 0),
+        };
+        let uniform = recorder.uniform(&SurfaceUniform { radius_world, is_graded });
         recorder.compute(
             gpu,
             "ssfr.surface",
@@ -109,5 +130,16 @@ impl SurfacePasses {
             ],
             Dispatch::Pixels(size),
         );
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::passes::INCLUDES;
+
+    #[test]
+    fn the_uniform_has_the_layout_of_its_shader() {
+        SurfaceUniform::check_layout(&shader!("ssfr/surface"), INCLUDES).unwrap();
     }
 }

@@ -2,6 +2,7 @@ use glam::{DVec2, DVec3, Vec3};
 use meniscus_gpu::role::{KeptRange, PackedParticle};
 
 use super::HostView;
+use crate::splats::closing;
 
 /// A set of particles on the host.
 #[derive(Clone, Copy, Debug)]
@@ -86,7 +87,8 @@ pub(crate) fn splats(view: &HostView, sets: &[HostSet<'_>]) -> Vec<Splat> {
 pub(crate) fn particle_splat(view: &HostView, set: &HostSet<'_>, index: usize, keep: u32) -> Option<Splat> {
     let particle = &set.particles[index];
     let relative = half::f16::from_bits((particle.packed >> 16) as u16).to_f64();
-    let (weight, growth) = kept(particle.hash(), keep);
+    let (weight, growth) =
+        kept(particle.hash(), keep, closing(set.radius_world, set.volume_world.cbrt()).into());
     let position = Vec3::from(particle.position_world).as_dvec3();
     let splat = Splat {
         center_view: view.view_from_world.transform_point3(position),
@@ -98,7 +100,7 @@ pub(crate) fn particle_splat(view: &HostView, set: &HostSet<'_>, index: usize, k
 
 /// Weight and growth of a particle kept with probability `keep / 65536` (`main-renderer.md` 3.3;
 /// `shaders/common/particle.inc.wgsl`).
-fn kept(hash: u16, keep: u32) -> (f64, f64) {
+fn kept(hash: u16, keep: u32, closing: f64) -> (f64, f64) {
     if keep >= KeptRange::KEEP_ALL {
         return (1.0, 1.0);
     }
@@ -108,6 +110,6 @@ fn kept(hash: u16, keep: u32) -> (f64, f64) {
     let fade = ((p - u) / ramp).clamp(0.0, 1.0);
     let mean_fade = 1.0 - 0.5 * ramp / p;
     let share = ((0.75 - p) / (0.75 - 0.4)).clamp(0.0, 1.0);
-    let growth = 1.0 + (p.powf(-1.0 / 3.0).min(2.0) - 1.0) * share;
+    let growth = 1.0 + ((closing * p.powf(-1.0 / 3.0)).clamp(1.0, 2.0) - 1.0) * share;
     (fade / (mean_fade * p), growth * fade.cbrt())
 }
