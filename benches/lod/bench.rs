@@ -35,6 +35,7 @@ fn lod(criterion: &mut Criterion) {
                 camera: view.camera(),
                 size_px: view.size,
                 radius_world: view.space().radius as f32,
+                shell_reach: 1.0,
                 spacing_world: view.space().spacing as f32,
                 sample_px: if threshold < 1.0 { 4 } else { 2 },
             };

@@ -38,7 +38,7 @@ impl Splats {
                     first,
                     count: (count - first).min(1024),
                     keep: KeptRange::KEEP_ALL,
-                    flags: 0,
+                    shape: 0,
                 })
                 .collect();
             let particles = Buffer::from_slice(gpu, page).expect("a page");

@@ -12,7 +12,8 @@ struct KeptRange {
     count: u32,
     // Keep probability in 1/65536.
     keep: u32,
-    flags: u32,
+    // 1 + the place of the first one's shape, those of the others following; 0: all are spheres.
+    shape: u32,
 }
 
 // A run of particles and where it would show.

@@ -12,7 +12,7 @@ pub struct RangeList {
 }
 
 fn header(len: usize) -> KeptRange {
-    KeptRange { first: len as u32, count: 0, keep: 0, flags: 0 }
+    KeptRange { first: len as u32, count: 0, keep: 0, shape: 0 }
 }
 
 impl RangeList {

@@ -100,12 +100,7 @@ impl<R: Role> Buffer<R> {
     /// # Errors
     /// As [`Self::new`].
     pub fn write(&mut self, gpu: &Gpu, elements: &[R::Element]) -> Result<(), GpuError> {
-        if elements.len() > self.capacity {
-            let limit = gpu.page_elements::<R::Element>();
-            // Cached bind groups would keep the smaller buffer alive beside the new one.
-            gpu.bind_cache.clear();
-            *self = Self::new(gpu, (elements.len() * 3 / 2).min(limit).max(elements.len()))?;
-        }
+        self.reserve(gpu, elements.len())?;
         self.len = elements.len();
         let bytes: &[u8] = bytemuck::cast_slice(elements);
         // Few bytes are not worth the wait for what uses the rest.
@@ -123,6 +118,20 @@ impl<R: Role> Buffer<R> {
             if bytes.len() > PIECE {
                 gpu.submit(None);
             }
+        }
+        Ok(())
+    }
+
+    /// Makes room for a pass to write up to `len` elements; what the buffer holds is lost if it has to grow, by half.
+    ///
+    /// # Errors
+    /// As [`Self::new`].
+    pub fn reserve(&mut self, gpu: &Gpu, len: usize) -> Result<(), GpuError> {
+        if len > self.capacity {
+            let limit = gpu.page_elements::<R::Element>();
+            // Cached bind groups would keep the smaller buffer alive beside the new one.
+            gpu.bind_cache.clear();
+            *self = Self::new(gpu, (len * 3 / 2).min(limit).max(len))?;
         }
         Ok(())
     }

@@ -49,13 +49,15 @@ roles! {
     /// One page of particles in chunk order.
     Particles: PackedParticle, unit "world", empty PackedParticle { position_world: [0.0; 3], packed: 0 };
     /// Runs of a page's particles or stand-ins; the first element is the list's length ([`crate::RangeList`]).
-    KeptRanges: KeptRange, unit "particles", empty KeptRange { first: 0, count: 0, keep: 0, flags: 0 };
+    KeptRanges: KeptRange, unit "particles", empty KeptRange { first: 0, count: 0, keep: 0, shape: 0 };
     /// Runs of a page's particles that are drawn unless something hides them.
     Occludees: Occludee, unit "particles", empty Occludee {
-        range: KeptRange { first: 0, count: 0, keep: 0, flags: 0 }, front: 0.0, first_tile: 0, last_tile: 0, pad: 0,
+        range: KeptRange { first: 0, count: 0, keep: 0, shape: 0 }, front: 0.0, first_tile: 0, last_tile: 0, pad: 0,
     };
     /// Coarse stand-ins for the particles of a page.
     StandIns: StandIn, unit "world", empty StandIn { center_world: [0.0; 3], packed: 0 };
+    /// Shapes of the particles of a page's shell, chunk by chunk: WGSL `meniscus::shape`.
+    Shapes: [u32; 4], unit "relative to a sphere", empty [0; 4];
     /// Drops of foam.
     FoamDrops: FoamDrop, unit "world", empty FoamDrop { center_world: [0.0; 3], packed: 0 };
     /// Optical depth of foam: in front of the surface, in it, behind it, and the last times its depth behind the surface in
@@ -98,6 +100,9 @@ texture_roles! {
     ViewNormal: R32Uint as u32, unit "view space, octahedral 2 x snorm16";
     /// What a pass of a filter leaves for the next one.
     FilterStep: R32Float as f32, unit "private";
+    /// Particles by cell of a grid, while shapes are found: centre in world space, volume relative to the set's own, at most 1;
+    /// folded into rows.
+    GridParticles: Rgba32Float as [f32; 4], unit "world, 0 to 1";
     /// What a block of the picture tells the smoothing of the thickness: WGSL `meniscus::thickness::Block`.
     ReducedSurface: Rgba32Float as [f32; 4], unit "private";
     /// Thickness at reduced size, times and beside the part of a block that it covers.
@@ -180,8 +185,8 @@ pub struct KeptRange {
     pub count: u32,
     /// Keep probability in 1/65536: 1..=65536, where 65536 keeps all and switches fading off.
     pub keep: u32,
-    /// Reserved, 0.
-    pub flags: u32,
+    /// 1 + the place of the first one's shape among the page's [`Shapes`], those of the others following; 0: all are spheres.
+    pub shape: u32,
 }
 
 impl KeptRange {
@@ -276,5 +281,5 @@ impl crate::HostStruct for PackedParticle {
 
 impl crate::HostStruct for KeptRange {
     const WGSL_NAME: &'static str = "KeptRange";
-    const FIELDS: &'static [crate::HostField] = crate::host_fields!(KeptRange { first, count, keep, flags });
+    const FIELDS: &'static [crate::HostField] = crate::host_fields!(KeptRange { first, count, keep, shape });
 }

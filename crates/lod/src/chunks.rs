@@ -34,6 +34,8 @@ pub struct Chunk {
     pub isolated: u32,
     /// How many follow that belong to the shell; the others are buried.
     pub shell: u32,
+    /// Place of the shell's first shape among those of its page, where shells have shapes; the others follow.
+    pub first_shape: u32,
     /// Box around the centres of the buried particles, world.
     pub buried_bounds: Aabb,
     /// Where the shell faces, the mean over its particles: shorter than 1 where it faces several ways.
@@ -129,6 +131,12 @@ impl ChunkedSet {
         &self.particles[first..first + chunk.count as usize]
     }
 
+    /// How many particles of page `page` belong to the shell, each of which may have a shape.
+    pub fn shapes_in(&self, page: usize) -> usize {
+        let of_page = self.chunks.iter().filter(|chunk| chunk.page as usize == page);
+        of_page.map(|chunk| chunk.shell as usize).sum()
+    }
+
     /// Tells sets of one process apart: two sets with the same number hold the same data.
     pub fn serial(&self) -> u64 {
         self.serial
@@ -187,6 +195,8 @@ pub fn build_with_foam(
     let of_chunks: Vec<Vec<StandIn>> =
         jobs.into_par_iter().map_init(Scratch::default, |scratch, job| job.fill(&context, scratch)).collect();
 
+    number_shapes(&mut chunks);
+
     static SERIAL: AtomicU64 = AtomicU64::new(0);
     ChunkedSet {
         particles,
@@ -198,6 +208,17 @@ pub fn build_with_foam(
         foam: foam.map(|foam| foam::drops(&order, frame, options.spacing_world, foam)),
         page_starts,
         serial: SERIAL.fetch_add(1, Ordering::Relaxed),
+    }
+}
+
+/// Gives the shells of each page their places among its shapes.
+fn number_shapes(chunks: &mut [Chunk]) {
+    for of_page in chunks.chunk_by_mut(|a, b| a.page == b.page) {
+        let mut next = 0;
+        for chunk in of_page {
+            chunk.first_shape = next;
+            next += chunk.shell;
+        }
     }
 }
 
@@ -237,6 +258,7 @@ fn lay_out(cuts: &[usize], page_particles: usize) -> (Vec<Chunk>, Vec<usize>) {
                 count: (end - start) as u32,
                 isolated: 0,
                 shell: 0,
+                first_shape: 0,
                 buried_bounds: Aabb::EMPTY,
                 outward: Vec3::ZERO,
                 largest: 1.0,

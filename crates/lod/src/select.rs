@@ -1,6 +1,6 @@
 //! Which particles of a set a picture needs.
 
-use meniscus_core::{Aabb, Camera};
+use meniscus_core::Camera;
 use meniscus_gpu::role::{KeptRange, Occludee, PackedParticle};
 use rayon::prelude::*;
 
@@ -24,10 +24,19 @@ pub struct Viewpoint {
     pub size_px: [u32; 2],
     /// The largest radius at which any pass draws a particle of the set's own size, world units.
     pub radius_world: f32,
+    /// How far what is drawn for a particle of the shell reaches from its centre, in radii of its sphere; 1 for the sphere itself.
+    pub shell_reach: f32,
     /// Distance of neighbouring particles of the set's own size, world units.
     pub spacing_world: f32,
     /// Pixels per side of a sample of the thickness, > 0: the coarser, the sooner stand-ins cost less than particles.
     pub sample_px: u32,
+}
+
+impl Viewpoint {
+    /// How far what is drawn of `chunk` may reach from the centres of its particles, world units.
+    fn reach_world(&self, chunk: &Chunk) -> f32 {
+        self.radius_world * chunk.largest * MAX_GROWTH * self.shell_reach
+    }
 }
 
 /// Particle numbers of one set.
@@ -198,7 +207,7 @@ pub fn explain(set: &ChunkedSet, viewpoint: &Viewpoint, params: &LodParams) -> R
         None => {
             let nearest = chooser.view.nearest(&chunk.bounds);
             let farthest = nearest + chunk.bounds.extent().dot(chooser.view.forward().abs());
-            let reach = viewpoint.radius_world * chunk.largest * MAX_GROWTH;
+            let reach = viewpoint.reach_world(chunk);
             match params.far {
                 Some(far) if nearest > far => Fate::TooFar,
                 _ if farthest + reach < viewpoint.camera.near => Fate::TooNear,
@@ -219,7 +228,7 @@ fn candidates<'a>(
     set.chunks
         .par_iter()
         // Under every threshold as if grown in full, so that the chunks in view do not depend on the threshold.
-        .filter(|chunk| view.sees(&chunk.bounds, viewpoint.radius_world * chunk.largest * MAX_GROWTH))
+        .filter(|chunk| view.sees(&chunk.bounds, viewpoint.reach_world(chunk)))
         .filter(|chunk| params.far.is_none_or(|far| view.nearest(&chunk.bounds) <= far))
         .map(|chunk| Candidate::new(chunk, view, viewpoint.radius_world * chunk.largest, params.policy))
         .collect()
@@ -232,7 +241,7 @@ fn validate(viewpoint: &Viewpoint, params: &LodParams) -> Result<(), LodError> {
         return Err(LodError::EmptyPicture(viewpoint.size_px));
     }
     let is_length = |length: f32| length > 0.0 && length.is_finite();
-    if !is_length(viewpoint.radius_world) {
+    if !is_length(viewpoint.radius_world) || !is_length(viewpoint.shell_reach) {
         return Err(LodError::Radius(viewpoint.radius_world));
     }
     if !is_length(viewpoint.spacing_world) {
@@ -271,6 +280,8 @@ struct Prefix {
     first: u32,
     count: u32,
     keep: u32,
+    /// As of [`KeptRange`].
+    shape: u32,
 }
 
 impl Prefix {
@@ -282,7 +293,7 @@ impl Prefix {
             first: self.first + border(piece),
             count: border(piece + 1) - border(piece),
             keep: self.keep,
-            flags: 0,
+            shape: if self.shape > 0 { self.shape + border(piece) } else { 0 },
         })
     }
 }
@@ -331,7 +342,7 @@ impl Choice {
             page.mass.extend(part.mass.pieces());
             if part.stand_ins.count > 0 {
                 let StandIns { first, count } = part.stand_ins;
-                page.stand_ins.push(KeptRange { first, count, keep: KeptRange::KEEP_ALL, flags: 0 });
+                page.stand_ins.push(KeptRange { first, count, keep: KeptRange::KEEP_ALL, shape: 0 });
             }
         }
     }
@@ -380,8 +391,10 @@ impl Chooser<'_> {
             }
             let of_part = &particles[first as usize..end as usize];
             let keep = keeps[part];
-            let surface = Prefix { first: chunk.first + first, count: kept_prefix(of_part, keep), keep };
-            let all = Prefix { first: chunk.first + first, count: end - first, keep: KeptRange::KEEP_ALL };
+            let shape = if part == 1 { 1 + chunk.first_shape } else { 0 };
+            let surface =
+                Prefix { first: chunk.first + first, count: kept_prefix(of_part, keep), keep, shape };
+            let all = Prefix { count: end - first, keep: KeptRange::KEEP_ALL, shape: 0, ..surface };
             let (mass, stand_ins) = match part.checked_sub(1) {
                 Some(_) if self.cut.keeps_none() => (Prefix::default(), StandIns::default()),
                 Some(part) if self.params.policy == Policy::Default => {
@@ -391,7 +404,7 @@ impl Chooser<'_> {
                         None => (all, StandIns::default()),
                     }
                 }
-                _ => (surface, StandIns::default()),
+                _ => (Prefix { shape: 0, ..surface }, StandIns::default()),
             };
             PartChoice { surface, tested: self.tested(chunk, part, keep), mass, stand_ins }
         });
@@ -437,18 +450,18 @@ impl Chooser<'_> {
 
     /// Where a part shows, if something may hide it: `None` for what is drawn first.
     fn tested(&self, chunk: &Chunk, part: usize, keep: u32) -> Option<Occludee> {
-        let bounds: &Aabb = match part {
+        let (bounds, reach) = match part {
             0 => return None,
             1 if self.may_face_eye(chunk) => return None,
-            1 => &chunk.bounds,
-            _ => &chunk.buried_bounds,
+            1 => (&chunk.bounds, self.viewpoint.shell_reach),
+            _ => (&chunk.buried_bounds, 1.0),
         };
         let growth = if keep == KeptRange::KEEP_ALL { 1.0 } else { MAX_GROWTH };
-        let silhouette =
-            self.view.silhouette(bounds, self.viewpoint.radius_world * chunk.largest * growth)?;
+        let reach_world = self.viewpoint.radius_world * chunk.largest * growth * reach;
+        let silhouette = self.view.silhouette(bounds, reach_world)?;
         let packed = |tile: [u32; 2]| tile[0] | tile[1] << 16;
         Some(Occludee {
-            range: KeptRange { first: 0, count: 0, keep: 0, flags: 0 },
+            range: KeptRange { first: 0, count: 0, keep: 0, shape: 0 },
             front: silhouette.front,
             first_tile: packed(silhouette.first_tile),
             last_tile: packed(silhouette.last_tile),

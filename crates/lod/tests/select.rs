@@ -440,10 +440,60 @@ fn ranges_are_short_and_even() {
         let total: u64 = surface(&selection).map(|r| u64::from(r.count)).sum();
         assert_eq!(total, selection.counts.kept);
         for range in surface(&selection) {
-            assert!((1..=RANGE_PARTICLES).contains(&range.count) && range.flags == 0);
+            assert!((1..=RANGE_PARTICLES).contains(&range.count));
             assert!((1..=KeptRange::KEEP_ALL).contains(&range.keep));
         }
     }
+}
+
+/// Ranges of shells, also in pieces, say where the shapes of their particles are; the others have none.
+#[test]
+fn ranges_of_shells_know_their_shapes() {
+    let set = chunks::build(&pool([40, 40, 20], 30), &ChunkOptions::new(5000, 1.0));
+    let selection = choose(&set, &views()[0], &at(0.7));
+    let mut shaped = 0;
+    for (page, of_page) in selection.pages.iter().enumerate() {
+        let chunks: Vec<_> = set.chunks.iter().filter(|chunk| chunk.page as usize == page).collect();
+        let places: u32 = chunks.iter().map(|chunk| chunk.shell).sum();
+        assert_eq!(set.shapes_in(page), places as usize);
+        for range in of_page.surface() {
+            let chunk = chunks.iter().rfind(|chunk| chunk.first <= range.first).unwrap();
+            let shell = chunk.first + chunk.isolated..chunk.first + chunk.isolated + chunk.shell;
+            let expected =
+                shell.contains(&range.first).then(|| 1 + chunk.first_shape + range.first - shell.start);
+            assert_eq!(range.shape, expected.unwrap_or(0), "{range:?} of {chunk:?}");
+            shaped += u32::from(range.shape > 1);
+        }
+        assert!(of_page.mass.iter().all(|range| range.shape == 0));
+    }
+    assert!(shaped > 10, "{shaped}");
+}
+
+/// What reaches farther is left out later: outside of the picture, and behind others.
+#[test]
+fn shells_that_reach_farther_are_seen_earlier() {
+    let set = chunked(&pool([40, 40, 20], 0));
+    let camera = Camera { target: views()[0].target + Vec3::new(0.0, 0.0, 40.0), ..views()[0] };
+    let of = |shell_reach: f32| {
+        let viewpoint = Viewpoint { shell_reach, ..seen_by(&camera) };
+        select(&set, &viewpoint, &at(1.0)).unwrap()
+    };
+    let (spheres, ellipsoids) = (of(1.0), of(4.0));
+    assert!(ellipsoids.counts.chunks_culled < spheres.counts.chunks_culled);
+    let front = |selection: &Selection, range: u32| {
+        let tested = selection.pages.iter().flat_map(|page| &page.occludees);
+        tested.filter(|o| o.range.first == range).map(|o| o.front).next()
+    };
+    let mut nearer = 0;
+    for tested in spheres.pages.iter().flat_map(|page| &page.occludees) {
+        let found = front(&ellipsoids, tested.range.first).unwrap();
+        // Buried ones are spheres in any case.
+        let expected =
+            if tested.range.shape > 0 { tested.front - found > 0.1 } else { tested.front == found };
+        assert!(expected, "{tested:?} {found}");
+        nearer += u32::from(tested.range.shape > 0);
+    }
+    assert!(nearer > 10, "{nearer}");
 }
 
 #[test]

@@ -645,6 +645,7 @@ pub(crate) fn viewpoint(
         camera: *camera,
         size_px,
         radius_world: world.space().radius as f32,
+        shell_reach: 1.0,
         spacing_world: world.space().spacing as f32,
         sample_px: surface.thickness.scale,
     }

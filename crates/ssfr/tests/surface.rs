@@ -150,7 +150,7 @@ fn tested_spheres_show_where_they_bulge_out_of_those_drawn_first() {
     for camera in [perspective(0.0, 0.4), parallel(0.0, 1.4)] {
         let at_once = Scene::new(camera, [160, 120], &positions, 0.12, 0.1);
         let count = wall.len() as u32;
-        let first = KeptRange { first: 0, count, keep: KeptRange::KEEP_ALL, flags: 0 };
+        let first = KeptRange { first: 0, count, keep: KeptRange::KEEP_ALL, shape: 0 };
         let tested = Occludee {
             range: KeptRange { first: count, ..first },
             front: 0.0,

@@ -67,7 +67,7 @@ fn cameras() -> Vec<Camera> {
 fn at_full_detail_the_nearest_sphere_of_all_is_drawn() {
     let positions = water(0.3);
     let particles: Vec<PackedParticle> = positions.iter().map(|&p| PackedParticle::new(p, 0)).collect();
-    let all = KeptRange { first: 0, count: particles.len() as u32, keep: KeptRange::KEEP_ALL, flags: 0 };
+    let all = KeptRange { first: 0, count: particles.len() as u32, keep: KeptRange::KEEP_ALL, shape: 0 };
     let mut studio = studio(positions, "none");
     for camera in cameras() {
         let shot = studio.shoot(&camera, SIZE).expect("a picture");

@@ -54,7 +54,7 @@ pub fn cameras(eye: Vec3, target: Vec3) -> [Camera; 2] {
 
 /// A view of a set of spacing 1.
 pub fn viewpoint(camera: &Camera, size_px: [u32; 2], radius_world: f32) -> Viewpoint {
-    Viewpoint { camera: *camera, size_px, radius_world, spacing_world: 1.0, sample_px: 2 }
+    Viewpoint { camera: *camera, size_px, radius_world, shell_reach: 1.0, spacing_world: 1.0, sample_px: 2 }
 }
 
 /// The slots that a selection draws the surface from, with their keep probability in 1/65536: those drawn first, near ones

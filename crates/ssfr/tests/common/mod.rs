@@ -182,7 +182,7 @@ pub fn ranges_of(count: usize, keep: u32) -> Vec<KeptRange> {
             first: first as u32,
             count: (count - first).min(1024) as u32,
             keep,
-            flags: 0,
+            shape: 0,
         })
         .collect()
 }
