@@ -14,8 +14,8 @@ use meniscus_gpu::role::{
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, covered};
 use meniscus_scene::Scene;
 use meniscus_shading::{
-    Caustics, CausticsPass, Landed, LightingChoice, LightingInputs, LightingPass, LightingRegistry,
-    SceneGeometry, ScenePass, SunView, SunWater, SunlightPass, WaterScale,
+    Caustics, CausticsPass, CausticsScratch, LightingChoice, LightingInputs, LightingPass, LightingRegistry,
+    SceneGeometry, ScenePass, SunView, SunWater, SunlightPass, WaterScale, Waves,
 };
 
 /// Everything that light needs, on the GPU.
@@ -32,7 +32,7 @@ struct Studio {
     normal: Texture<ViewNormal>,
     surface_color: Texture<SurfaceColor>,
     caustics_pass: CausticsPass,
-    landed: Image<Landed>,
+    scratch: CausticsScratch,
     caustics: Image<Caustics>,
     sunlight_pass: SunlightPass,
     sunlight: Texture<Sunlight>,
@@ -62,7 +62,7 @@ impl Studio {
             normal: Texture::from_texels(gpu, size, &pool.normal).expect(image),
             surface_color: Texture::new(gpu, [1, 1]).expect(texture),
             caustics_pass: CausticsPass::new(gpu).expect("the caustics"),
-            landed: Image::new(gpu, size).expect(image),
+            scratch: CausticsScratch::new(gpu, size).expect("the scratch images"),
             caustics: Image::new(gpu, size).expect(image),
             sunlight_pass: SunlightPass::new(gpu).expect("the sunlight pass"),
             sunlight: Texture::new(gpu, SunlightPass::size_blocks(size)).expect(texture),
@@ -100,8 +100,10 @@ impl Studio {
     }
 
     fn record_caustics(&self, recorder: &mut Recorder, gpu: &Gpu) {
-        let (sun, distance, normal) = (self.sun_view(), &self.distance, &self.normal);
-        self.caustics_pass.record(gpu, recorder, &sun, distance, normal, 1.0, &self.landed, &self.caustics);
+        // One pixel: less than what single bundles of light are smoothed over.
+        let spacing_world = 1.0 / self.camera.px_per_world_at_one;
+        let waves = Waves { distance: &self.distance, normal: &self.normal, spacing_world, strength: 1.0 };
+        self.caustics_pass.record(gpu, recorder, &self.sun_view(), &waves, &self.scratch, &self.caustics);
     }
 
     fn record_sunlight(&self, recorder: &mut Recorder, gpu: &Gpu) {

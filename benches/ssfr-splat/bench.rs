@@ -63,6 +63,7 @@ impl Splats {
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu) {
         let input = |(particles, ranges)| SplatInput {
             particles,
+            shapes: None,
             front: ranges,
             tested: None,
             mass: ranges,

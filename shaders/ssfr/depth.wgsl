@@ -1,16 +1,23 @@
-// Nearest sphere per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are.
-// TESTED: of ranges that are drawn after others, so that most of their spheres are hidden. The last bits may be those of the
-// radius' grade.
+// Nearest splat per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are; the last
+// bits may be those of the radius' grade. TESTED: of ranges that are drawn after others, so that most of their spheres are hidden.
+// SHAPED: of ranges some of which are ellipsoids.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area, GRADE_BITS, grade_of}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area, distance_bits_of, grade_bits_of}
 #import meniscus::tally::count
+#ifdef SHAPED
+#import meniscus::ellipsoid::{Ellipsoid, bounding_sphere, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
+#endif
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(3) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(4) var<storage, read_write> nearest: array<atomic<u32>>;
+
+#ifdef SHAPED
+@group(0) @binding(6) var<storage, read> shapes: array<vec4<u32>>;
+#endif
 
 #ifdef TESTED
 @group(0) @binding(5) var<storage, read> farthest: array<f32>;
@@ -29,6 +36,17 @@ fn is_hidden(grid: Grid, first: vec2<i32>, last: vec2<i32>, front: f32) -> bool 
     let lower = max(farthest[b.y * width + a.x], farthest[b.y * width + b.x]);
     return max(upper, lower) <= front;
 }
+
+#ifdef SHAPED
+fn is_sphere_hidden(grid: Grid, sphere: Splat) -> bool {
+    let front = sphere.center.z - sphere.radius;
+    if front < camera.near_world {
+        return false;
+    }
+    let box = surface_pixels(grid, sphere);
+    return any(box.last < box.first) || is_hidden(grid, box.first, box.last, front);
+}
+#endif
 #endif
 
 const LANES: u32 = 64u;
@@ -57,9 +75,8 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
     let front = d - splat.radius;
     let front_bits = bitcast<u32>(front);
 #ifndef UNIFORM
-    let is_graded = splats.is_graded != 0u;
-    let distance_bits = select(0xffffffffu, ~GRADE_BITS, is_graded);
-    let grade = select(0u, grade_of(splats, splat.radius), is_graded);
+    let distance_bits = distance_bits_of(splats);
+    let grade = grade_bits_of(splats, splat.radius);
 #endif
     let columns = box.last.x - box.first.x;
     var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
@@ -98,6 +115,66 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
     return area(box.first, box.last);
 }
 
+#ifdef SHAPED
+// As `draw`.
+fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) -> u32 {
+    let box = ellipsoid_pixels(grid, ellipsoid);
+    if any(box.last < box.first) {
+        return 0u;
+    }
+    let front = front_of(ellipsoid);
+#ifdef TESTED
+    if is_hidden(grid, box.first, box.last, front) {
+        return 0u;
+    }
+#endif
+    // Both vectors of `hit_at` are linear in the pixel.
+    let d = ellipsoid.splat.center.z;
+    let lift = mix(1.0, d, grid.perspective);
+    let plane_first = grid.first + vec2<f32>(box.first) * grid.step;
+    let o_first = plane_first * lift - ellipsoid.splat.center.xy;
+    let s_first = plane_first * grid.perspective;
+    let along_x = ellipsoid.to_sphere[0] * grid.step.x;
+    let along_y = ellipsoid.to_sphere[1] * grid.step.y;
+    let floor_squared = select(-1.0, 0.0, box.is_point);
+    let front_bits = bitcast<u32>(front);
+#ifndef UNIFORM
+    let distance_bits = distance_bits_of(splats);
+    let grade = grade_bits_of(splats, ellipsoid.splat.radius);
+#endif
+    var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
+    var o_row = ellipsoid.to_sphere * vec3(o_first, 0.0);
+    var s_row = ellipsoid.to_sphere * vec3(s_first, 1.0);
+    let columns = box.last.x - box.first.x;
+    for (var y = box.first.y; y <= box.last.y; y++) {
+        var o = o_row;
+        var s = s_row;
+        for (var x = 0; x <= columns; x++) {
+            let pixel = row + u32(x);
+            let stored = atomicLoad(&nearest[pixel]);
+            if stored > front_bits {
+                let hit = hit_at(ellipsoid, o, s);
+                let reachable = max(hit.reachable, floor_squared);
+#ifdef UNIFORM
+                let bits = bitcast<u32>(max(d - (hit.k + sqrt(reachable)) / hit.a, front));
+#else
+                let bits = bitcast<u32>(max(d - (hit.k + sqrt(reachable)) / hit.a, front)) & distance_bits | grade;
+#endif
+                if reachable >= 0.0 && bits < stored {
+                    atomicMin(&nearest[pixel], bits);
+                }
+            }
+            o += along_x * lift;
+            s += along_x * grid.perspective;
+        }
+        row += u32(grid.last_px.x + 1);
+        o_row += along_y * lift;
+        s_row += along_y * grid.perspective;
+    }
+    return area(box.first, box.last);
+}
+#endif
+
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
@@ -106,6 +183,22 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
+#ifdef SHAPED
+            if range.shape > 0u {
+#ifdef TESTED
+                // Most are hidden, which is found sooner without their shapes.
+                if is_sphere_hidden(grid, bounding_sphere(camera, splats, particles[range.first + i], range.keep)) {
+                    continue;
+                }
+#endif
+                let shape = shapes[range.shape - 1u + i];
+                let ellipsoid = ellipsoid_of(camera, splats, particles[range.first + i], range.keep, shape);
+                if is_ellipsoid_drawn(camera, ellipsoid) {
+                    visited += draw_ellipsoid(grid, ellipsoid);
+                }
+                continue;
+            }
+#endif
             let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
             if is_drawn(camera, splat) {
                 visited += draw(grid, splat);

@@ -1,7 +1,11 @@
-// Drawn radius of the splat that is visible in a pixel; the largest where several are equally near.
+// Drawn radius of the splat that is visible in a pixel, of an ellipsoid that of the sphere in its place; the largest where several
+// are equally near. SHAPED: of ranges some of which are ellipsoids.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, chord_at}
+#ifdef SHAPED
+#import meniscus::ellipsoid::{Ellipsoid, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
+#endif
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
@@ -9,6 +13,9 @@
 @group(0) @binding(3) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(4) var<storage, read> nearest: array<f32>;
 @group(0) @binding(5) var<storage, read_write> radius: array<atomic<u32>>;
+#ifdef SHAPED
+@group(0) @binding(6) var<storage, read> shapes: array<vec4<u32>>;
+#endif
 
 const LANES: u32 = 64u;
 // Fraction of the radius by which a splat may lie behind the nearest and still count as visible: far above the rounding
@@ -35,6 +42,30 @@ fn draw(grid: Grid, splat: Splat) {
     }
 }
 
+#ifdef SHAPED
+// As `draw`.
+fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) {
+    let box = ellipsoid_pixels(grid, ellipsoid);
+    let center = ellipsoid.splat.center;
+    let front = front_of(ellipsoid);
+    let slack = TOLERANCE * ellipsoid.splat.radius + 4e-7 * center.z;
+    let lift = mix(1.0, center.z, grid.perspective);
+    for (var y = box.first.y; y <= box.last.y; y++) {
+        for (var x = box.first.x; x <= box.last.x; x++) {
+            let pixel = u32(y * (grid.last_px.x + 1) + x);
+            let plane = grid.first + vec2(f32(x), f32(y)) * grid.step;
+            let o = ellipsoid.to_sphere * vec3(plane * lift - center.xy, 0.0);
+            let s = ellipsoid.to_sphere * vec3(plane * grid.perspective, 1.0);
+            let hit = hit_at(ellipsoid, o, s);
+            let distance = max(center.z - (hit.k + sqrt(max(hit.reachable, 0.0))) / hit.a, front);
+            if (box.is_point || hit.reachable >= 0.0) && distance <= nearest[pixel] + slack {
+                atomicMax(&radius[pixel], bitcast<u32>(ellipsoid.splat.radius));
+            }
+        }
+    }
+}
+#endif
+
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
@@ -42,6 +73,16 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
+#ifdef SHAPED
+            if range.shape > 0u {
+                let shape = shapes[range.shape - 1u + i];
+                let ellipsoid = ellipsoid_of(camera, splats, particles[range.first + i], range.keep, shape);
+                if is_ellipsoid_drawn(camera, ellipsoid) {
+                    draw_ellipsoid(grid, ellipsoid);
+                }
+                continue;
+            }
+#endif
             let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
             if is_drawn(camera, splat) {
                 draw(grid, splat);

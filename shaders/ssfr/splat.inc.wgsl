@@ -12,6 +12,10 @@ struct SplatSet {
     closing: f32,
     // Whether the last bits of distances tell how the radius of the visible splat compares with the set's.
     is_graded: u32,
+    // Farthest that the centre of an ellipsoid is moved.
+    most_shift_world: f32,
+    // Most that a half-axis of an ellipsoid is of the radius.
+    longest_axis: f32,
 }
 
 // Grades of radii: bits of a distance that they take, of which a few millionths of it are lost, and grades per factor of two.
@@ -20,9 +24,16 @@ const GRADE_BITS: u32 = 31u;
 const GRADES_PER_OCTAVE: f32 = 15.0;
 const GRADE_OF_ONE: f32 = 16.0;
 
-fn grade_of(splats: SplatSet, radius_world: f32) -> u32 {
+// Bits of a distance that tell the distance.
+fn distance_bits_of(splats: SplatSet) -> u32 {
+    return select(0xffffffffu, ~GRADE_BITS, splats.is_graded != 0u);
+}
+
+// And what stands in the others.
+fn grade_bits_of(splats: SplatSet, radius_world: f32) -> u32 {
     let octaves = log2(max(radius_world / splats.radius_world, 1e-6));
-    return u32(clamp(round(GRADE_OF_ONE + GRADES_PER_OCTAVE * octaves), 0.0, f32(GRADE_BITS)));
+    let grade = u32(clamp(round(GRADE_OF_ONE + GRADES_PER_OCTAVE * octaves), 0.0, f32(GRADE_BITS)));
+    return select(0u, grade, splats.is_graded != 0u);
 }
 
 // What a radius of this grade is of the set's.
@@ -127,15 +138,19 @@ fn is_drawn(camera: Camera, splat: Splat) -> bool {
 fn footprint(grid: Grid, splat: Splat) -> Footprint {
     let d = splat.center.z;
     let r = splat.radius;
-    var middle = splat.center.xy;
-    var half = vec2(r);
-    var center = splat.center.xy;
-    if grid.perspective > 0.0 {
-        let inverse = 1.0 / (d * d - r * r);
-        middle = splat.center.xy * (d * inverse);
-        half = r * sqrt(splat.center.xy * splat.center.xy + (d * d - r * r)) * inverse;
-        center = splat.center.xy / d;
-    }
+    // Selected, not branched on: lavapipe of Mesa 22.3 compiles a shader anew in every frame of which a condition depends on
+    // uniforms alone.
+    let is_perspective = grid.perspective > 0.0;
+    let inverse = 1.0 / (d * d - r * r);
+    let slope = r * sqrt(splat.center.xy * splat.center.xy + (d * d - r * r)) * inverse;
+    let middle = select(splat.center.xy, splat.center.xy * (d * inverse), is_perspective);
+    let half = select(vec2(r), slope, is_perspective);
+    let center = select(splat.center.xy, splat.center.xy / d, is_perspective);
+    return rectangle(grid, middle, half, center);
+}
+
+// The footprint of what reaches `half` to both sides of `middle` in plane coordinates, its centre being `center`.
+fn rectangle(grid: Grid, middle: vec2<f32>, half: vec2<f32>, center: vec2<f32>) -> Footprint {
     let to_px = 1.0 / grid.step;
     let middle_px = (middle - grid.first) * to_px;
     let half_px = half * abs(to_px);
@@ -160,7 +175,10 @@ struct SurfacePixels {
 }
 
 fn surface_pixels(grid: Grid, splat: Splat) -> SurfacePixels {
-    let whole = footprint(grid, splat);
+    return pixels_of(grid, footprint(grid, splat));
+}
+
+fn pixels_of(grid: Grid, whole: Footprint) -> SurfacePixels {
     if max(whole.half_px.x, whole.half_px.y) >= POINT_HALF_PX {
         return SurfacePixels(whole.first, whole.last, false);
     }

@@ -23,6 +23,7 @@ mod prepare;
 mod registry;
 mod renderer;
 mod settings;
+mod shapes;
 mod sun_view;
 mod upload;
 mod world;

@@ -11,7 +11,9 @@ use meniscus_lod::{
     Viewpoint, explain,
 };
 use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
-use meniscus_ssfr::{ColoredSet, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested};
+use meniscus_ssfr::{
+    ColoredSet, Radii, ShapePasses, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested,
+};
 
 use crate::colors::{GpuValues, SurfaceColors};
 use crate::counters;
@@ -20,6 +22,7 @@ use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
 use crate::lod_view::{self, Canvas, Explained, LodView};
 use crate::opaque_sets::{OpaqueSets, Scene};
+use crate::shapes::SetShapes;
 use crate::sun_view::{SunView, SunViewNeeds};
 use crate::{
     PipelineError, PreparedFrame, PreparedSet, Preparer, Registry, Settings, SettingsError, UploadAhead,
@@ -42,6 +45,7 @@ struct DrawnSet {
     values: GpuValues,
     foam: GpuFoam,
     selector: Selector,
+    shapes: SetShapes,
 }
 
 /// Draws prepared frames. What is long-lived (pipelines, images, buffers) is kept from frame to frame; a frame of the same
@@ -55,6 +59,8 @@ pub struct Renderer {
     recorder: Recorder,
     scene: ScenePass,
     surface: Ssfr,
+    /// `None` where all particles are drawn as spheres.
+    shapes: Option<ShapePasses>,
     /// `None` where nothing throws shadows; for the size of the last picture.
     sun: Option<SunView>,
     lighting: Box<dyn LightingPass>,
@@ -85,6 +91,7 @@ impl Renderer {
             recorder: Recorder::new(&gpu, Timing::Stamps),
             scene: ScenePass::new(&gpu)?,
             surface: Ssfr::new(&gpu, &registry.filters, &settings.water_surface())?,
+            shapes: settings.surface.anisotropy.is_on().then(|| ShapePasses::new(&gpu)).transpose()?,
             sun: None,
             lighting,
             compositor: Compositor::new(&gpu, &settings.post)?,
@@ -249,14 +256,14 @@ impl Renderer {
         look: impl FnOnce(&[Explained<'_>], &[f32], f32) -> T,
     ) -> Result<T, PipelineError> {
         let surface = self.surface_images();
-        let viewpoint = viewpoint(world, camera, surface.size(), self.surface.params());
+        let viewpoint = self.viewpoint(world, camera, surface.size());
         let mut chunks = Vec::new();
         for set in &frame.sets {
             let fates = explain(&set.chunked, &viewpoint, &self.settings.lod)?;
             chunks.extend(set.chunked.chunks.iter().zip(fates));
         }
         // Smoothing moves the surface by about a spacing, a grown splat reaches two radii.
-        let reach = viewpoint.spacing_world + 2.0 * viewpoint.radius_world;
+        let reach = viewpoint.spacing_world + 2.0 * viewpoint.radius_world * viewpoint.shell_reach;
         Ok(look(&chunks, &surface.distance.read(&self.gpu)?, reach))
     }
 
@@ -425,6 +432,7 @@ impl Renderer {
         self.fit_opaque(size)?;
         self.fit_sun(size, world)?;
         self.fit_foam(size)?;
+        self.find_shapes(frame, world)?;
 
         let uniform = CameraUniform::new(camera, size);
         let camera_binding = self.recorder.uniform(&uniform);
@@ -446,7 +454,7 @@ impl Renderer {
             &images.scene_distance,
             &images.scene_depth,
         );
-        let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(|set| splat_inputs(&set.gpu)).collect();
+        let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(DrawnSet::splat_inputs).collect();
         // The sets that are drawn in this way and have values to be coloured by, and those that have none.
         let of_look = |look: Look| -> (Vec<ColoredSet>, Vec<ColoredSet>) {
             let sets = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
@@ -581,6 +589,31 @@ impl Renderer {
         Ok(())
     }
 
+    /// Finds the shapes that the water's particles are drawn as, where they have changed.
+    fn find_shapes(&mut self, frame: &PreparedFrame, world: &World) -> Result<(), PipelineError> {
+        let Some(passes) = &mut self.shapes else { return Ok(()) };
+        for (drawn, set) in self.sets.iter_mut().zip(&frame.sets).filter(|(_, set)| set.look == Look::Water) {
+            let params = &self.settings.surface.anisotropy;
+            drawn.shapes.find(
+                &self.gpu,
+                &mut self.recorder,
+                passes,
+                &drawn.gpu,
+                &set.chunked,
+                params,
+                world,
+            )?;
+        }
+        Ok(())
+    }
+
+    fn viewpoint(&self, world: &World, camera: &Camera, size: [u32; 2]) -> Viewpoint {
+        let spheres = viewpoint(world, camera, size, self.surface.params());
+        let spacing_per_radius = spheres.spacing_world / spheres.radius_world;
+        let shell_reach = self.settings.surface.anisotropy.reach_radii(spacing_per_radius);
+        Viewpoint { shell_reach, ..spheres }
+    }
+
     /// Uploads the sets and what of them is kept, where either has changed.
     fn select(
         &mut self,
@@ -592,7 +625,7 @@ impl Renderer {
         self.sets.truncate(frame.sets.len());
         self.sets.resize_with(frame.sets.len(), DrawnSet::new);
         self.counts = ParticleCounts::default();
-        let viewpoint = viewpoint(world, camera, size, self.surface.params());
+        let viewpoint = self.viewpoint(world, camera, size);
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
             drawn.look = set.look;
             drawn.gpu.upload(&self.gpu, &self.store, &set.chunked)?;
@@ -618,7 +651,16 @@ impl DrawnSet {
             values: GpuValues::default(),
             foam: GpuFoam::default(),
             selector: Selector::default(),
+            shapes: SetShapes::default(),
         }
+    }
+
+    fn splat_inputs(&self) -> Vec<SplatInput<'_>> {
+        let mut inputs = splat_inputs(&self.gpu);
+        for (input, shapes) in inputs.iter_mut().zip(self.shapes.pages()) {
+            input.shapes = Some(shapes);
+        }
+        inputs
     }
 }
 
@@ -635,6 +677,7 @@ fn objects(frame: &PreparedFrame, world: &World, geometry: &SceneGeometry) -> Op
     (!bounds.is_empty()).then_some(bounds)
 }
 
+/// What a camera sees of spheres.
 pub(crate) fn viewpoint(
     world: &World,
     camera: &Camera,
@@ -684,6 +727,7 @@ fn splat_input<'a>(page: &'a SetPage, lists: &'a PageLists) -> SplatInput<'a> {
     let PageLists { front, occludees, visible, mass, stand_ins } = lists;
     SplatInput {
         particles,
+        shapes: None,
         front,
         tested: Some(Tested { occludees, visible }),
         mass,

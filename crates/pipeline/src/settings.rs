@@ -139,10 +139,11 @@ impl SettingsError {
 const OPEN_MAPS: [&str; 2] = ["surface.filter.parameters", "lighting.parameters"];
 
 /// Keys as users type and see them, and where they live; the first beginning that fits is taken.
-const SHORT_KEYS: [(&str, &str); 5] = [
+const SHORT_KEYS: [(&str, &str); 6] = [
     ("filter.name", "surface.filter.name"),
     ("filter.", "surface.filter.parameters."),
     ("thickness.", "surface.thickness."),
+    ("anisotropy.", "surface.anisotropy."),
     ("lighting.name", "lighting.name"),
     ("lighting.", "lighting.parameters."),
 ];

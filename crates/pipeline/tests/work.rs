@@ -22,6 +22,10 @@ struct Set {
 
 impl Set {
     fn new() -> Self {
+        Self::with(Settings::default())
+    }
+
+    fn with(settings: Settings) -> Self {
         let mut positions = Vec::new();
         for x in 0..COUNT[0] {
             for y in 0..COUNT[1] {
@@ -40,7 +44,6 @@ impl Set {
             up: UpAxis::Z,
             metres_per_unit: 1.0,
         };
-        let settings = Settings::default();
         let world = World::of_frame(&frame, space, &settings).unwrap();
         let gpu = Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers");
         let mut renderer = Renderer::new(gpu, Registry::builtin(), settings).unwrap();
@@ -156,4 +159,24 @@ fn empty_pixels_are_not_filtered() {
     // Taps are cut at the picture's border, which the small one may have nearer: never fewer in the large one.
     let (large, small) = (of(large.filter_taps) as f64, of(small.filter_taps) as f64);
     assert!((1.0..1.02).contains(&(large / small)), "{large} taps against {small}");
+}
+
+/// Shapes are found once for a frame of particles, whatever the camera; what is drawn with them shows.
+#[test]
+fn shapes_are_found_once() {
+    let mut settings = Settings::default();
+    settings.set("anisotropy.form", "yu-turk").unwrap();
+    let mut ellipsoids = Set::with(settings);
+    let first = ellipsoids.draw(MIDDLE, ALL);
+    let again = ellipsoids.draw(MIDDLE + Vec3::Z * 0.1, ALL);
+    let mut spheres = Set::new();
+    spheres.draw(MIDDLE, ALL);
+    let passes = of(spheres.draw(MIDDLE + Vec3::Z * 0.1, ALL).compute_passes);
+    assert_eq!(of(again.compute_passes), passes, "no more than spheres take");
+    assert!(of(first.compute_passes) > passes + 4);
+    assert_eq!(of(again.gpu_allocations), 0);
+    let distance = |set: &Set| set.renderer.surface_images().distance.read(set.renderer.gpu()).unwrap();
+    let (of_ellipsoids, of_spheres) = (distance(&ellipsoids), distance(&spheres));
+    let differing = std::iter::zip(&of_ellipsoids, &of_spheres).filter(|(a, b)| a != b).count();
+    assert!(differing > of_spheres.len() / 10, "{differing}");
 }

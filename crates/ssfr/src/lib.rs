@@ -5,7 +5,8 @@
 //! name in a [`FilterRegistry`]. [`twin`] has the same algorithms on the CPU, written after the formulas; they are the
 //! specification that the shaders are tested against.
 //!
-//! A splat is the exact sphere of a particle. It is drawn when all of it lies beyond the camera's near distance (so the
+//! A splat is the exact sphere of a particle, or the ellipsoid that [`ShapePasses`] made of it after how its neighbours lie
+//! ([`AnisotropyParams`]). It is drawn when all of it lies beyond the camera's near distance (so the
 //! eye is never inside a splat) and only where it is in front of the opaque scene.
 
 pub mod conformance;
@@ -14,6 +15,7 @@ pub mod filter;
 mod images;
 mod params;
 mod passes;
+mod shape;
 mod splats;
 mod stage;
 pub mod twin;
@@ -21,7 +23,9 @@ pub mod twin;
 pub use error::SsfrError;
 pub use filter::{FilterEntry, FilterImages, FilterRegistry, SurfaceFilter};
 pub use images::SurfaceImages;
-pub use params::{FilterChoice, SsfrParams, ThicknessParams};
-pub use passes::{ColoredSet, Coloring, FoamSplats, FoamUniform, NO_VALUE, ScaleUniform};
+pub use params::{Anisotropy, AnisotropyParams, FilterChoice, SsfrParams, ThicknessParams};
+pub use passes::{
+    ColoredSet, Coloring, FoamSplats, FoamUniform, NO_VALUE, ScaleUniform, ShapePage, ShapePasses, ShapeWork,
+};
 pub use splats::{Radii, SplatInput, SplatSet, Tested};
 pub use stage::Ssfr;

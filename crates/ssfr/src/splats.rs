@@ -1,6 +1,8 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::{Occludees, Particles, StandIns};
+use meniscus_gpu::role::{Occludees, Particles, Shapes, StandIns};
 use meniscus_gpu::{Buffer, HostField, HostStruct, RangeList};
+
+use crate::AnisotropyParams;
 
 /// One page of particles and what of it is drawn. A workgroup draws one range, so ranges should be short (about a
 /// thousand particles) and hold neighbours; nearest first is fastest.
@@ -8,6 +10,8 @@ use meniscus_gpu::{Buffer, HostField, HostStruct, RangeList};
 pub struct SplatInput<'a> {
     /// The particles.
     pub particles: &'a Buffer<Particles>,
+    /// Their shapes, as the ranges say ([`crate::ShapePasses`]); without, and in a stage without anisotropy, all are spheres.
+    pub shapes: Option<&'a Buffer<Shapes>>,
     /// The ranges that the surface is drawn from first.
     pub front: &'a RangeList,
     /// What the surface is drawn from after that.
@@ -72,6 +76,8 @@ pub(crate) struct SplatUniform {
     pub(crate) steps_per_world: f32,
     pub(crate) closing: f32,
     pub(crate) is_graded: u32,
+    pub(crate) most_shift_world: f32,
+    pub(crate) longest_axis: f32,
 }
 
 impl HostStruct for SplatUniform {
@@ -82,6 +88,8 @@ impl HostStruct for SplatUniform {
         steps_per_world,
         closing,
         is_graded,
+        most_shift_world,
+        longest_axis,
     });
 }
 
@@ -114,10 +122,12 @@ pub(crate) struct Common {
     pub(crate) visible_radius: VisibleRadius,
     /// Of the first set; the filters scale with it.
     pub(crate) spacing_per_radius: f32,
+    /// Most that a half-axis of an ellipsoid is of the radius.
+    pub(crate) longest_axis: f32,
 }
 
 impl Common {
-    pub(crate) fn of(sets: &[SplatSet<'_>]) -> Self {
+    pub(crate) fn of(sets: &[SplatSet<'_>], anisotropy: &AnisotropyParams) -> Self {
         let finest = sets.iter().map(SplatSet::spacing_world).fold(f32::INFINITY, f32::min);
         let visible_radius = match sets {
             [only] if only.radii <= Radii::Fading => VisibleRadius::One(only.radius_world),
@@ -128,6 +138,7 @@ impl Common {
             steps_per_world: if finest.is_finite() { STEPS_PER_SPACING / finest } else { 1.0 },
             visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
+            longest_axis: anisotropy.longest_axis(),
         }
     }
 }

@@ -23,7 +23,7 @@ impl Ssfr {
         params.validate()?;
         Ok(Self {
             params: params.clone(),
-            surface: SurfacePasses::new(gpu)?,
+            surface: SurfacePasses::new(gpu, &params.anisotropy)?,
             thickness: ThicknessPasses::new(gpu)?,
             normal: NormalPass::new(gpu)?,
             filter: filters.create(gpu, &params.filter)?,
@@ -44,6 +44,7 @@ impl Ssfr {
         if params.filter != self.params.filter {
             self.filter = filters.create(gpu, &params.filter)?;
         }
+        self.surface.fit(gpu, &params.anisotropy)?;
         self.params = params.clone();
         Ok(())
     }
@@ -99,7 +100,7 @@ impl Ssfr {
         images: &SurfaceImages,
     ) -> Common {
         assert!(images.fit(scene_distance.size(), &self.params), "surface images of another size or scale");
-        let common = Common::of(sets);
+        let common = Common::of(sets, &self.params.anisotropy);
         self.surface.record(recorder, gpu, camera, sets, &common, scene_distance, images);
         common
     }

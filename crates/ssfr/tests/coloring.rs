@@ -21,8 +21,14 @@ fn color(gpu: &Gpu, scene: &Scene, values: &[f32], scale: ScaleUniform) -> (Vec<
     let images = SurfaceImages::new(gpu, scene.size, &params).unwrap();
     let particles = Buffer::<Particles>::from_slice(gpu, &scene.particles).unwrap();
     let front = RangeList::from_slice(gpu, &scene.ranges).unwrap();
-    let pages =
-        [SplatInput { particles: &particles, front: &front, tested: None, mass: &front, stand_ins: None }];
+    let pages = [SplatInput {
+        particles: &particles,
+        shapes: None,
+        front: &front,
+        tested: None,
+        mass: &front,
+        stand_ins: None,
+    }];
     let set = SplatSet {
         pages: &pages,
         radius_world: scene.radius,

@@ -19,8 +19,14 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
     let images = SurfaceImages::new(gpu, scene.size, &params).unwrap();
     let particles = Buffer::from_slice(gpu, &scene.particles).unwrap();
     let front = meniscus_gpu::RangeList::from_slice(gpu, &scene.ranges).unwrap();
-    let pages =
-        [SplatInput { particles: &particles, front: &front, tested: None, mass: &front, stand_ins: None }];
+    let pages = [SplatInput {
+        particles: &particles,
+        shapes: None,
+        front: &front,
+        tested: None,
+        mass: &front,
+        stand_ins: None,
+    }];
     let set = SplatSet {
         pages: &pages,
         radius_world: scene.radius,

@@ -74,6 +74,7 @@ fn at_full_detail_the_nearest_sphere_of_all_is_drawn() {
         let view = HostView::new(&CameraUniform::new(&camera, SIZE));
         let set = HostSet {
             particles: &particles,
+            shapes: &[],
             ranges: &[all],
             radius_world: RADIUS,
             volume_world: SPACING.powi(3),

@@ -5,6 +5,7 @@ mod foam;
 mod normal;
 mod occlusion;
 mod pages;
+mod shape;
 mod surface;
 mod thickness;
 
@@ -14,12 +15,15 @@ pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
 pub use foam::{FoamSplats, FoamUniform};
 pub(crate) use normal::NormalPass;
 pub(crate) use occlusion::tile_count;
+pub use shape::{ShapePage, ShapePasses, ShapeWork};
 pub(crate) use surface::SurfacePasses;
 pub(crate) use thickness::ThicknessPasses;
 
 /// What the passes of this stage import besides the common includes.
 pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/splat"),
+    shader!(include "ssfr/shape"),
+    shader!(include "ssfr/ellipsoid"),
     shader!(include "ssfr/thickness"),
     shader!(include "ssfr/key"),
     shader!(include "ssfr/smoothing"),

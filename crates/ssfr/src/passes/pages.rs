@@ -1,10 +1,10 @@
 //! How the splat passes go over the pages of all sets.
 
-use meniscus_gpu::{Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader};
+use meniscus_gpu::{Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader};
 
 use super::counted_pipeline;
 use crate::splats::{Common, SplatUniform, VisibleRadius, closing};
-use crate::{Radii, SplatInput, SplatSet};
+use crate::{AnisotropyParams, Radii, SplatInput, SplatSet};
 
 /// A splat pass, compiled for sets of one radius and for all others.
 pub(super) struct SplatPipelines {
@@ -52,6 +52,8 @@ pub(super) struct PageBindings {
     pub(super) splats: Binding,
     pub(super) particles: Binding,
     pub(super) ranges: Binding,
+    /// Of the shapes, where there are any.
+    pub(super) shapes: Option<Binding>,
     pub(super) is_uniform: bool,
     pub(super) groups: Dispatch,
 }
@@ -98,6 +100,8 @@ pub(super) fn each_page(
                 steps_per_world: common.steps_per_world,
                 closing: closing(set.radius_world, set.spacing_world()),
                 is_graded: u32::from(matches!(common.visible_radius, VisibleRadius::Graded(_))),
+                most_shift_world: AnisotropyParams::MAX_SHIFT_SPACINGS * set.spacing_world(),
+                longest_axis: common.longest_axis,
             });
             let is_uniform = match list {
                 List::Front | List::Visible => set.radii == Radii::Equal,
@@ -110,6 +114,7 @@ pub(super) fn each_page(
                     splats,
                     particles,
                     ranges,
+                    shapes: page.shapes.map(Buffer::bind),
                     is_uniform,
                     groups: Dispatch::Groups(groups),
                 },

@@ -7,9 +7,9 @@ use meniscus_gpu::{
 
 use super::occlusion::OcclusionPasses;
 use super::pages::{List, PageBindings, SplatPipelines, each_page};
-use super::pipeline;
+use super::{pipeline, pipeline_with};
 use crate::splats::{Common, VisibleRadius};
-use crate::{SplatSet, SurfaceImages};
+use crate::{AnisotropyParams, SplatSet, SurfaceImages};
 
 /// Name of the counter of pixels visited.
 const COUNTER: &str = "splat_pixels_depth";
@@ -28,27 +28,62 @@ impl HostStruct for SurfaceUniform {
         meniscus_gpu::host_fields!(SurfaceUniform { radius_world, is_graded });
 }
 
-/// Distance and radius of the nearest sphere.
+/// Distance and radius of the nearest splat.
 pub(crate) struct SurfacePasses {
     limit: ComputePipeline,
-    depth: SplatPipelines,
-    tested_depth: SplatPipelines,
+    spheres: SplatPasses,
+    /// Where some may be ellipsoids.
+    shaped: Option<SplatPasses>,
     occlusion: OcclusionPasses,
-    radius: ComputePipeline,
     surface: ComputePipeline,
 }
 
-impl SurfacePasses {
-    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let tested = Definition { name: "TESTED", value: 1 };
+/// The passes that know what splats look like.
+struct SplatPasses {
+    depth: SplatPipelines,
+    tested_depth: SplatPipelines,
+    radius: ComputePipeline,
+}
+
+impl SplatPasses {
+    fn new(gpu: &Gpu, definitions: &[Definition]) -> Result<Self, GpuError> {
+        let tested = [definitions, &[Definition { name: "TESTED", value: 1 }]].concat();
         Ok(Self {
-            limit: pipeline(gpu, shader!("ssfr/limit"))?,
-            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), &[], COUNTER)?,
-            tested_depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), &[tested], COUNTER)?,
-            occlusion: OcclusionPasses::new(gpu)?,
-            radius: pipeline(gpu, shader!("ssfr/radius"))?,
-            surface: pipeline(gpu, shader!("ssfr/surface"))?,
+            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), definitions, COUNTER)?,
+            tested_depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), &tested, COUNTER)?,
+            radius: pipeline_with(gpu, shader!("ssfr/radius"), definitions)?,
         })
+    }
+}
+
+impl SurfacePasses {
+    pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Result<Self, GpuError> {
+        let mut passes = Self {
+            limit: pipeline(gpu, shader!("ssfr/limit"))?,
+            spheres: SplatPasses::new(gpu, &[])?,
+            shaped: None,
+            occlusion: OcclusionPasses::new(gpu)?,
+            surface: pipeline(gpu, shader!("ssfr/surface"))?,
+        };
+        passes.fit(gpu, params)?;
+        Ok(passes)
+    }
+
+    /// Compiles what `params` need and lets go of what they do not.
+    pub(crate) fn fit(&mut self, gpu: &Gpu, params: &AnisotropyParams) -> Result<(), GpuError> {
+        if params.is_on() != self.shaped.is_some() {
+            let shaped = Definition { name: "SHAPED", value: 1 };
+            self.shaped = params.is_on().then(|| SplatPasses::new(gpu, &[shaped])).transpose()?;
+        }
+        Ok(())
+    }
+
+    /// The passes for a page, and what they bind of its shapes.
+    fn of(&self, page: &PageBindings) -> (&SplatPasses, Option<(&'static str, Binding)>) {
+        match (&self.shaped, &page.shapes) {
+            (Some(shaped), Some(shapes)) => (shaped, Some(("shapes", shapes.clone()))),
+            _ => (&self.spheres, None),
+        }
     }
 
     #[expect(clippy::too_many_arguments, reason = "inputs and outputs of four passes, each used once")]
@@ -85,14 +120,18 @@ impl SurfacePasses {
             ]
         };
         each_page(recorder, sets, common, List::Front, |recorder, page| {
-            let pipeline = self.depth.of(page.is_uniform);
-            recorder.compute(gpu, "ssfr.depth", pipeline, &bindings(&page), page.groups);
+            let (passes, shapes) = self.of(&page);
+            let mut bindings = bindings(&page);
+            bindings.extend(shapes);
+            recorder.compute(gpu, "ssfr.depth", passes.depth.of(page.is_uniform), &bindings, page.groups);
         });
         self.occlusion.record(recorder, gpu, sets, images);
         each_page(recorder, sets, common, List::Visible, |recorder, page| {
             let mut bindings = bindings(&page);
+            let (passes, shapes) = self.of(&page);
             bindings.push(("farthest", images.farthest.bind()));
-            let pipeline = self.tested_depth.of(page.is_uniform);
+            bindings.extend(shapes);
+            let pipeline = passes.tested_depth.of(page.is_uniform);
             recorder.compute(gpu, "ssfr.depth", pipeline, &bindings, page.groups);
         });
         if common.visible_radius == VisibleRadius::Found {
@@ -101,8 +140,10 @@ impl SurfacePasses {
             for list in [List::Front, List::Visible] {
                 each_page(recorder, sets, common, list, |recorder, page| {
                     let mut bindings = bindings(&page);
+                    let (passes, shapes) = self.of(&page);
                     bindings.push(("radius", images.radius.bind()));
-                    recorder.compute(gpu, "ssfr.radius", &self.radius, &bindings, page.groups);
+                    bindings.extend(shapes);
+                    recorder.compute(gpu, "ssfr.radius", &passes.radius, &bindings, page.groups);
                 });
             }
         }

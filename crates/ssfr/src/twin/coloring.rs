@@ -1,7 +1,7 @@
 use glam::DVec2;
 use meniscus_gpu::role::NO_SURFACE;
 
-use super::splat::particle_splat;
+use super::splat::sphere;
 use super::{HostSet, HostView};
 use crate::{NO_VALUE, ScaleUniform};
 
@@ -25,7 +25,7 @@ pub fn coloring(
     for range in set.ranges {
         let first = range.first as usize;
         for (index, &value) in values.iter().enumerate().skip(first).take(range.count as usize) {
-            let Some(splat) = particle_splat(view, set, index, range.keep) else { continue };
+            let Some(splat) = sphere(view, set, index, range.keep) else { continue };
             if value >= NO_VALUE {
                 continue;
             }

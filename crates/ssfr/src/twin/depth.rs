@@ -7,17 +7,17 @@ use super::{HostSet, HostView};
 /// What [`depth`] makes.
 #[derive(Clone, Debug, PartialEq)]
 pub struct DepthImages {
-    /// Distance of the nearest sphere along the view axis; [`NO_SURFACE`] = none.
+    /// Distance of the nearest splat along the view axis; [`NO_SURFACE`] = none.
     pub distance: Vec<f32>,
-    /// Its radius; 0 = none.
+    /// Its radius, of an ellipsoid that of the sphere in its place; 0 = none.
     pub radius: Vec<f32>,
 }
 
 /// Half size in pixels below which a splat is drawn as the one pixel that holds its centre: half a pixel's diagonal.
 const POINT_HALF_PX: f64 = 0.71;
 
-/// Nearest sphere per pixel in front of `scene_distance` (as long as the picture; MAX = sky). The largest radius wins among
-/// spheres that are equally near, within a thousandth of the radius.
+/// Nearest splat per pixel in front of `scene_distance` (as long as the picture; MAX = sky). The largest radius wins among
+/// splats that are equally near, within a thousandth of the radius.
 pub fn depth(view: &HostView, sets: &[HostSet<'_>], scene_distance: &[f32]) -> DepthImages {
     let [width, height] = view.size_px;
     let splats = splats(view, sets);
@@ -39,11 +39,7 @@ pub fn depth(view: &HostView, sets: &[HostSet<'_>], scene_distance: &[f32]) -> D
                         let ray = view.pixel_ray(center.x as usize, y);
                         if let Some((enter, ..)) = splat.chord(ray, f64::INFINITY) {
                             // A ray that passes by may come closest before the sphere's front.
-                            record(
-                                center.x as usize,
-                                enter.max(splat.distance() - splat.radius),
-                                splat.radius,
-                            );
+                            record(center.x as usize, enter.max(splat.front()), splat.radius);
                         }
                     }
                     continue;

@@ -30,7 +30,8 @@ pub fn foam(
         }
         // As much light is taken, whatever the size that is drawn.
         let depth = f64::from(foam.amount) * f64::from(drop.optical_depth()) * (radius / drawn).powi(2);
-        let ([columns, rows], _) = Splat { center_view, radius: drawn, volume: 0.0 }.footprint(view);
+        let ([columns, rows], _) =
+            Splat { center_view, radius: drawn, volume: 0.0, axes: None }.footprint(view);
         for y in rows[0]..rows[1] {
             for x in columns[0]..columns[1] {
                 let (origin, step) = view.pixel_ray(x, y);

@@ -2,7 +2,7 @@ use glam::DVec2;
 use meniscus_gpu::role::NO_SURFACE;
 use rayon::prelude::*;
 
-use super::splat::{Splat, splats};
+use super::splat::{Splat, spheres};
 use super::{HostSet, HostView};
 
 /// Sum of column densities per block of `scale` x `scale` pixels, as length along the ray up to the farthest opaque
@@ -16,7 +16,7 @@ pub fn thickness_sum(
 ) -> Vec<f64> {
     let blocks = view.reduced(scale);
     let [width, height] = blocks.size_px;
-    let splats = splats(view, sets);
+    let splats = spheres(view, sets);
     let mut sum = vec![0.0; width * height];
     sum.par_chunks_mut(width).enumerate().for_each(|(y, row)| {
         let limit: Vec<f64> = (0..width).map(|x| farthest(view, scene_distance, scale, x, y)).collect();

@@ -1,15 +1,16 @@
 //! A frame of the surface stage from plain numbers.
 #![allow(dead_code, reason = "each test binary uses a part")]
 
-use meniscus_core::{Camera, Projection};
+use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{
-    KeptRange, NO_SURFACE, Occludee, Occludees, PackedParticle, Particles, SceneDistance, StandIn, StandIns,
+    KeptRange, NO_SURFACE, Occludee, Occludees, PackedParticle, Particles, SceneDistance, Shapes, StandIn,
+    StandIns,
 };
 use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, RangeList, Recorder, Texture, Timing};
 use meniscus_ssfr::twin::{HostSet, HostView};
 use meniscus_ssfr::{
-    FilterChoice, FilterRegistry, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested,
-    ThicknessParams,
+    AnisotropyParams, FilterChoice, FilterRegistry, Radii, ShapePage, ShapePasses, ShapeWork, SplatInput,
+    SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested, ThicknessParams,
 };
 
 pub fn gpu() -> Gpu {
@@ -26,6 +27,8 @@ pub struct Scene {
     pub radius: f32,
     pub spacing: f32,
     pub radii: Radii,
+    /// Shapes of all particles; none: spheres.
+    pub shapes: Option<AnisotropyParams>,
     /// Ranges that are drawn where `ranges` do not hide them.
     pub occludees: Vec<Occludee>,
     /// Counted in the thickness beside `ranges` and `occludees`.
@@ -51,6 +54,7 @@ impl Scene {
             radius,
             spacing,
             radii: Radii::Equal,
+            shapes: None,
             occludees: Vec::new(),
             stand_ins: Vec::new(),
             scene_distance,
@@ -68,6 +72,7 @@ impl Scene {
     pub fn host_set(&self) -> HostSet<'_> {
         HostSet {
             particles: &self.particles,
+            shapes: &[],
             ranges: &self.ranges,
             radius_world: self.radius,
             volume_world: self.spacing.powi(3),
@@ -143,6 +148,7 @@ struct Uploaded {
     mass: RangeList,
     spheres: Buffer<StandIns>,
     of_spheres: RangeList,
+    shapes: Option<Buffer<Shapes>>,
 }
 
 impl Uploaded {
@@ -160,18 +166,45 @@ impl Uploaded {
             mass: RangeList::from_slice(gpu, &all).unwrap(),
             spheres: Buffer::from_slice(gpu, &scene.stand_ins).unwrap(),
             of_spheres: RangeList::from_slice(gpu, &of_spheres).unwrap(),
+            shapes: scene.shapes.map(|params| shapes_on_gpu(gpu, scene, &params)),
         }
     }
 
     fn page(&self) -> SplatInput<'_> {
         SplatInput {
             particles: &self.particles,
+            shapes: self.shapes.as_ref(),
             front: &self.front,
             tested: Some(Tested { occludees: &self.occludees, visible: &self.visible }),
             mass: &self.mass,
             stand_ins: Some((&self.spheres, &self.of_spheres)),
         }
     }
+}
+
+/// The shapes of all particles of `scene`, one after the other.
+pub fn shapes_on_gpu(gpu: &Gpu, scene: &Scene, params: &AnisotropyParams) -> Buffer<Shapes> {
+    let particles = Buffer::from_slice(gpu, &scene.particles).unwrap();
+    let shapes = Buffer::from_slice(gpu, &vec![[0; 4]; scene.particles.len()]).unwrap();
+    let all: Vec<KeptRange> = ranges_of(scene.particles.len(), KeptRange::KEEP_ALL)
+        .into_iter()
+        .map(|range| KeptRange { shape: 1 + range.first, ..range })
+        .collect();
+    let lists = [RangeList::from_slice(gpu, &all).unwrap()];
+    let work = ShapeWork {
+        bounds: Aabb::of_points(scene.particles.iter().map(|particle| &particle.position_world)),
+        targets: &lists,
+        sources: &lists,
+        source_particles: scene.particles.len(),
+    };
+    let pages = [ShapePage { particles: &particles, shapes: &shapes }];
+    let mut recorder = Recorder::new(gpu, Timing::Stamps);
+    let mut passes = ShapePasses::new(gpu).unwrap();
+    let lengths = (scene.radius, scene.spacing);
+    passes.record(&mut recorder, gpu, &pages, &work, params, lengths).unwrap();
+    let _ = recorder.submit(gpu).unwrap();
+    gpu.wait().unwrap();
+    shapes
 }
 
 /// Ranges of at most 1024 over `count` particles.
@@ -202,6 +235,7 @@ pub fn params(filter: &str, scale: u32, smoothing: f32) -> SsfrParams {
     SsfrParams {
         filter: FilterChoice { name: filter.into(), ..Default::default() },
         thickness: ThicknessParams { scale, smoothing },
+        ..Default::default()
     }
 }
 
