@@ -15,6 +15,7 @@ const BENCHES: &[(&str, &[&str])] = &[
     ("bench-lod", &["core", "cases", "gpu", "lod"]),
     ("bench-ssfr-splat", &["core", "cases", "gpu", "ssfr"]),
     ("bench-ssfr-filter", &["core", "cases", "gpu", "ssfr"]),
+    ("bench-anisotropy", &["core", "cases", "gpu", "ssfr"]),
     ("bench-shading", &["core", "cases", "gpu", "scene", "shading"]),
     ("bench-compositor", &["core", "cases", "gpu", "compositor"]),
     ("bench-export", &["core", "cases", "export"]),
