@@ -113,7 +113,7 @@ fn grades_tell_the_radius_of_the_visible_sphere_and_hardly_change_its_distance()
         scene.ranges = (0..count)
             .step_by(64)
             .zip([4000, 20_000, 30_000, 65_000].into_iter().cycle())
-            .map(|(first, keep)| KeptRange { first, count: (count - first).min(64), keep, flags: 0 })
+            .map(|(first, keep)| KeptRange { first, count: (count - first).min(64), keep, shape: 0 })
             .collect();
         for (i, particle) in scene.particles.iter_mut().enumerate() {
             particle.packed = particle.packed & 0xffff_0000 | (i * 37 % 4000) as u32;
