@@ -5,7 +5,7 @@ use meniscus_core::Choice;
 use meniscus_lod::{LodParams, Mode};
 use meniscus_scene::Description;
 use meniscus_shading::{LightingChoice, VTK_NAMES};
-use meniscus_ssfr::{SsfrParams, ThicknessParams};
+use meniscus_ssfr::{FilterChoice, SsfrParams, ThicknessParams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -177,11 +177,19 @@ impl Settings {
     }
 
     /// How the surface of the water is made: as [`Self::surface`] says, but below full detail, where coarse stand-ins take the place
-    /// of particles in the thickness, with coarser samples of it.
+    /// of particles in the thickness, with coarser samples of it; and ellipsoids, which lie closer to the surface than spheres,
+    /// with less smoothing where nothing is said of that.
     pub(crate) fn water_surface(&self) -> SsfrParams {
         let mut surface = self.surface.clone();
         if self.lod.mode == Mode::Threshold && !self.lod.is_full() {
             surface.thickness.scale = (2 * surface.thickness.scale).min(ThicknessParams::MAX_SCALE);
+        }
+        if surface.anisotropy.is_on() && surface.filter == FilterChoice::default() {
+            // Nearer to a reconstructed mesh than spheres with the filter's own in 27 of 30 numbers (benches/RESULTS.md).
+            surface
+                .filter
+                .parameters
+                .extend([("sigma".to_owned(), Value::from(0.6)), ("iterations".to_owned(), Value::from(1))]);
         }
         surface
     }
@@ -274,9 +282,11 @@ impl Settings {
         lines
     }
 
-    /// All parameters as a tree of JSON, those of the chosen filter and lighting model with their defaults.
+    /// All parameters as a tree of JSON, as they are used for the water, those of the chosen filter and lighting model with their
+    /// defaults.
     pub fn effective(&self, registry: &Registry) -> Value {
-        let mut tree = serde_json::to_value(self).unwrap_or_default();
+        let in_use = Self { surface: self.water_surface(), ..self.clone() };
+        let mut tree = serde_json::to_value(in_use).unwrap_or_default();
         let defaults = [
             registry.filter_defaults(&self.surface.filter.name),
             registry.lighting_effective(&self.lighting),
@@ -404,6 +414,28 @@ mod tests {
         assert_eq!(settings.post.exposure, Some(1.5));
         settings.set("post.exposure", "auto").unwrap();
         assert_eq!(settings.post.exposure, None);
+    }
+
+    #[test]
+    fn the_surface_that_is_used_is_the_one_that_is_listed() {
+        let registry = Registry::builtin();
+        let listed = |settings: &Settings, key: &str| -> String {
+            settings.describe(&registry).into_iter().find(|(found, _)| found == key).unwrap().1
+        };
+        let mut settings = Settings::default();
+        assert_eq!(listed(&settings, "thickness.scale"), "2");
+        settings.set("lod.threshold", "0.3").unwrap();
+        assert_eq!(listed(&settings, "thickness.scale"), "4");
+        assert_eq!(settings.water_surface().thickness.scale, 4);
+        // The tolerated errors are for the samples that were asked for.
+        settings.lod.mode = Mode::ErrorBound;
+        assert_eq!(listed(&settings, "thickness.scale"), "2");
+
+        assert_eq!(listed(&settings, "filter.sigma"), "1");
+        settings.set("anisotropy.form", "yu-turk").unwrap();
+        assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["0.6", "1"]);
+        settings.set("filter.sigma", "2").unwrap();
+        assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["2", "2"]);
     }
 
     #[test]
