@@ -66,6 +66,8 @@ pub struct Renderer {
     lighting: Box<dyn LightingPass>,
     compositor: Compositor,
     geometry: Option<SceneGeometry>,
+    /// The camera that saw what the images show of the scene, where nothing of it moves.
+    scene_seen_by: Option<CameraUniform>,
     images: Option<FrameImages>,
     colors: Option<SurfaceColors>,
     opaque: Option<OpaqueSets>,
@@ -96,6 +98,7 @@ impl Renderer {
             lighting,
             compositor: Compositor::new(&gpu, &settings.post)?,
             geometry: None,
+            scene_seen_by: None,
             images: None,
             colors: None,
             opaque: None,
@@ -418,6 +421,7 @@ impl Renderer {
         self.fit_colors(size, world)?;
         if self.geometry.is_none() {
             self.geometry = Some(SceneGeometry::new(&self.gpu, world.scene())?);
+            self.scene_seen_by = None;
         }
         if !self.settings.lod.is_full() {
             let flaw = self.identities.observe(frame, world.space().spacing as f32);
@@ -444,16 +448,22 @@ impl Renderer {
         }
         let has_objects = self.opaque.is_some() || !world.scene().objects.is_empty();
         let shadows = self.sun.as_ref().filter(|_| has_objects).map(SunView::scene);
-        self.scene.record(
-            &self.gpu,
-            &mut self.recorder,
-            &uniform,
-            geometry,
-            shadows.as_ref(),
-            &images.scene_color,
-            &images.scene_distance,
-            &images.scene_depth,
-        );
+        // As long as neither the camera moves nor sets are drawn into it, it is there already.
+        let is_still = !self.sets.iter().any(|set| OPAQUE_LOOKS.contains(&set.look));
+        let before = self.scene_seen_by.take();
+        if !is_still || before != Some(uniform) {
+            self.scene.record(
+                &self.gpu,
+                &mut self.recorder,
+                &uniform,
+                geometry,
+                shadows.as_ref(),
+                &images.scene_color,
+                &images.scene_distance,
+                &images.scene_depth,
+            );
+        }
+        self.scene_seen_by = is_still.then_some(uniform);
         let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(DrawnSet::splat_inputs).collect();
         // The sets that are drawn in this way and have values to be coloured by, and those that have none.
         let of_look = |look: Look| -> (Vec<ColoredSet>, Vec<ColoredSet>) {
@@ -537,6 +547,7 @@ impl Renderer {
         if !self.images.as_ref().is_some_and(|images| images.surface.fit(size, params)) {
             // The old ones go first: two sets of images may not fit.
             self.images = None;
+            self.scene_seen_by = None;
             self.images = Some(FrameImages::new(&self.gpu, size, params)?);
             self.compositor.resize(&self.gpu, size)?;
         }

@@ -52,17 +52,22 @@ impl Set {
         Self { renderer, world, frame }
     }
 
-    /// Draws with a parallel camera that looks along y at `target`.
+    /// Draws with a [`camera`].
     fn draw(&mut self, target: Vec3, height_world: f32) -> WorkCounters {
-        let camera = Camera {
-            eye: target - Vec3::Y * 5.0,
-            target,
-            up: Vec3::Z,
-            projection: Projection::Orthographic { height_world },
-            near: 1e-3,
-        };
+        let camera = camera(target, height_world);
         self.renderer.draw_and_wait(&self.frame, &self.world, &camera, SIZE).unwrap();
         self.renderer.counters(&self.frame).unwrap()
+    }
+}
+
+/// Looks along y at `target`, in parallel projection.
+fn camera(target: Vec3, height_world: f32) -> Camera {
+    Camera {
+        eye: target - Vec3::Y * 5.0,
+        target,
+        up: Vec3::Z,
+        projection: Projection::Orthographic { height_world },
+        near: 1e-3,
     }
 }
 
@@ -145,15 +150,8 @@ fn half_the_view_costs_half_the_splats() {
 fn empty_pixels_are_not_filtered() {
     let mut set = Set::new();
     let small = set.draw(MIDDLE, ALL);
-    let camera = |height_world| Camera {
-        eye: MIDDLE - Vec3::Y * 5.0,
-        target: MIDDLE,
-        up: Vec3::Z,
-        projection: Projection::Orthographic { height_world },
-        near: 1e-3,
-    };
     let large = SIZE.map(|side| 2 * side);
-    set.renderer.draw_and_wait(&set.frame, &set.world, &camera(2.0 * ALL), large).unwrap();
+    set.renderer.draw_and_wait(&set.frame, &set.world, &camera(MIDDLE, 2.0 * ALL), large).unwrap();
     let large = set.renderer.counters(&set.frame).unwrap();
     assert_eq!(large.covered_pixels, small.covered_pixels);
     // Taps are cut at the picture's border, which the small one may have nearer: never fewer in the large one.
@@ -169,7 +167,11 @@ fn shapes_are_found_once() {
     let mut ellipsoids = Set::with(settings);
     let first = ellipsoids.draw(MIDDLE, ALL);
     let again = ellipsoids.draw(MIDDLE + Vec3::Z * 0.1, ALL);
-    let mut spheres = Set::new();
+    // Smoothed as little as ellipsoids are.
+    let mut settings = Settings::default();
+    settings.set("filter.sigma", "0.6").unwrap();
+    settings.set("filter.iterations", "1").unwrap();
+    let mut spheres = Set::with(settings);
     spheres.draw(MIDDLE, ALL);
     let passes = of(spheres.draw(MIDDLE + Vec3::Z * 0.1, ALL).compute_passes);
     assert_eq!(of(again.compute_passes), passes, "no more than spheres take");
@@ -179,4 +181,18 @@ fn shapes_are_found_once() {
     let (of_ellipsoids, of_spheres) = (distance(&ellipsoids), distance(&spheres));
     let differing = std::iter::zip(&of_ellipsoids, &of_spheres).filter(|(a, b)| a != b).count();
     assert!(differing > of_spheres.len() / 10, "{differing}");
+}
+
+/// Sky and floor are not cast again while the camera stands, as in most films; what is drawn over them does not stay in them.
+#[test]
+fn a_still_scene_is_drawn_once() {
+    let mut set = Set::new();
+    set.draw(MIDDLE, ALL);
+    let still = of(set.draw(MIDDLE, ALL).compute_passes);
+    let moved = of(set.draw(MIDDLE + Vec3::Z * 0.1, ALL).compute_passes);
+    assert_eq!(still + 1, moved);
+    let mut picture =
+        || set.renderer.render(&set.frame, &set.world, &camera(MIDDLE, ALL), SIZE).unwrap().pixels;
+    let (first, again) = (picture(), picture());
+    assert!(first == again, "the second picture differs");
 }

@@ -21,8 +21,9 @@ fn pictures(program: &Program, folder: &str) -> Vec<String> {
 #[test]
 fn a_film_shows_what_the_pictures_show() {
     let program = program_with_dam(3000, 5);
-    program.run("render dam/dam_break.pvd -o film.mp4 --size 160x90").ok();
-    program.run("render dam/dam_break.pvd -o p_%d.png --size 160x90").ok();
+    // In smaller pictures colours change from one pixel to the next, of which films keep every fourth.
+    program.run("render dam/dam_break.pvd -o film.mp4 --size 320x180").ok();
+    program.run("render dam/dam_break.pvd -o p_%d.png --size 320x180").ok();
     let film = film(&program, "film.mp4");
     assert_eq!(film.boxes, ["ftyp", "moov", "free", "mdat"], "players can begin at once");
     assert_eq!((film.rate, film.colours, film.pictures.len()), ([24, 1], [1, 1, 1], 5));
@@ -297,8 +298,9 @@ fn killing_at_any_moment_leaves_no_half_film() {
     }
 }
 
-/// Interrupts `command`, which writes to `out/`, once something is there; what it said.
-fn interrupted(program: &Program, command: &str) -> String {
+/// Interrupts `command`, which writes to `out/`, once more than `bytes` are there, so many that pictures are among them; what it
+/// said.
+fn interrupted(program: &Program, command: &str, bytes: u64) -> String {
     let mut running = program.start(command, &[]);
     running.wait_for(&program.path("out"));
     let grown = || {
@@ -306,7 +308,7 @@ fn interrupted(program: &Program, command: &str) -> String {
             .into_iter()
             .flatten()
             .flatten()
-            .any(|file| file.metadata().is_ok_and(|file| file.len() > 0))
+            .any(|file| file.metadata().is_ok_and(|file| file.len() > bytes))
     };
     while !grown() && !running.has_ended() {}
     kill_process(Pid::from_raw(running.id() as i32).expect("a process"), Signal::INT).expect("a signal");
@@ -316,7 +318,8 @@ fn interrupted(program: &Program, command: &str) -> String {
 #[test]
 fn an_interrupted_film_is_kept_under_a_name_that_says_so() {
     let program = program_with_dam(2000, 100);
-    let said = interrupted(&program, "render dam/dam_break.pvd -o out/f.mp4 --size 160x90 --report r.json");
+    let said =
+        interrupted(&program, "render dam/dam_break.pvd -o out/f.mp4 --size 160x90 --report r.json", 30_000);
     assert!(said.contains("of 100 pictures are in out/f.partial.mp4"), "{said}");
     assert_eq!(program.list("out"), ["f.partial.mp4"]);
     let count = film(&program, "out/f.partial.mp4").pictures.len();
@@ -328,7 +331,7 @@ fn an_interrupted_film_is_kept_under_a_name_that_says_so() {
         std::fs::copy(program.path("p/p_0.png"), program.path(&format!("p/p_{number}.png"))).expect("a copy");
     }
     std::fs::remove_dir_all(program.path("out")).expect("emptied");
-    let said = interrupted(&program, "join p -o out/j.avi");
+    let said = interrupted(&program, "join p -o out/j.avi", 300_000);
     assert!(said.contains("of 400 pictures are in out/j.partial.avi"), "{said}");
     assert_eq!(program.list("out"), ["j.partial.avi"]);
 }
