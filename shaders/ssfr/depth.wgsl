@@ -3,7 +3,7 @@
 // SHAPED: of ranges some of which are ellipsoids.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area, distance_bits_of, grade_bits_of}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area, grade_of, graded}
 #import meniscus::tally::count
 #ifdef SHAPED
 #import meniscus::ellipsoid::{Ellipsoid, bounding_sphere, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
@@ -74,10 +74,7 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
     let floor_squared = select(-1.0, 0.0, box.is_point);
     let front = d - splat.radius;
     let front_bits = bitcast<u32>(front);
-#ifndef UNIFORM
-    let distance_bits = distance_bits_of(splats);
-    let grade = grade_bits_of(splats, splat.radius);
-#endif
+    let grade = grade_of(splats, splat.radius);
     let columns = box.last.x - box.first.x;
     var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
     var o_y = o_first.y;
@@ -96,11 +93,7 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
                 let a = a_y + s_x * s_x;
                 let k = k_y + o_x * s_x;
                 let reachable = max(k * k + a * (inside - o_x * o_x), floor_squared);
-#ifdef UNIFORM
-                let bits = bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front));
-#else
-                let bits = bitcast<u32>(max(d - (k + sqrt(reachable)) / a, front)) & distance_bits | grade;
-#endif
+                let bits = graded(max(d - (k + sqrt(reachable)) / a, front), grade);
                 if reachable >= 0.0 && bits < stored {
                     atomicMin(&nearest[pixel], bits);
                 }
@@ -138,10 +131,7 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) -> u32 {
     let along_y = ellipsoid.to_sphere[1] * grid.step.y;
     let floor_squared = select(-1.0, 0.0, box.is_point);
     let front_bits = bitcast<u32>(front);
-#ifndef UNIFORM
-    let distance_bits = distance_bits_of(splats);
-    let grade = grade_bits_of(splats, ellipsoid.splat.radius);
-#endif
+    let grade = grade_of(splats, ellipsoid.splat.radius);
     var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
     var o_row = ellipsoid.to_sphere * vec3(o_first, 0.0);
     var s_row = ellipsoid.to_sphere * vec3(s_first, 1.0);
@@ -155,11 +145,7 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) -> u32 {
             if stored > front_bits {
                 let hit = hit_at(ellipsoid, o, s);
                 let reachable = max(hit.reachable, floor_squared);
-#ifdef UNIFORM
-                let bits = bitcast<u32>(max(d - (hit.k + sqrt(reachable)) / hit.a, front));
-#else
-                let bits = bitcast<u32>(max(d - (hit.k + sqrt(reachable)) / hit.a, front)) & distance_bits | grade;
-#endif
+                let bits = graded(max(d - (hit.k + sqrt(reachable)) / hit.a, front), grade);
                 if reachable >= 0.0 && bits < stored {
                     atomicMin(&nearest[pixel], bits);
                 }

@@ -24,16 +24,26 @@ const GRADE_BITS: u32 = 31u;
 const GRADES_PER_OCTAVE: f32 = 15.0;
 const GRADE_OF_ONE: f32 = 16.0;
 
-// Bits of a distance that tell the distance.
-fn distance_bits_of(splats: SplatSet) -> u32 {
-    return select(0xffffffffu, ~GRADE_BITS, splats.is_graded != 0u);
+// What is stored of a distance, and what stands in its other bits.
+struct Grade {
+    distance_bits: u32,
+    bits: u32,
 }
 
-// And what stands in the others.
-fn grade_bits_of(splats: SplatSet, radius_world: f32) -> u32 {
+fn grade_of(splats: SplatSet, radius_world: f32) -> Grade {
+#ifdef UNIFORM
+    return Grade(0xffffffffu, 0u);
+#else
     let octaves = log2(max(radius_world / splats.radius_world, 1e-6));
     let grade = u32(clamp(round(GRADE_OF_ONE + GRADES_PER_OCTAVE * octaves), 0.0, f32(GRADE_BITS)));
-    return select(0u, grade, splats.is_graded != 0u);
+    let is_graded = splats.is_graded != 0u;
+    return Grade(select(0xffffffffu, ~GRADE_BITS, is_graded), select(0u, grade, is_graded));
+#endif
+}
+
+// Orders as the distance does.
+fn graded(distance: f32, grade: Grade) -> u32 {
+    return bitcast<u32>(distance) & grade.distance_bits | grade.bits;
 }
 
 // What a radius of this grade is of the set's.

@@ -4,7 +4,7 @@ use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder, Texture};
 use meniscus_scene::Material;
 use meniscus_shading::{SceneGeometry, SolidPass, SolidSurface, SunView};
 use meniscus_ssfr::filter::NoFilter;
-use meniscus_ssfr::{ColoredSet, FilterChoice, SplatSet, Ssfr, SsfrParams, SurfaceImages};
+use meniscus_ssfr::{AnisotropyParams, ColoredSet, FilterChoice, SplatSet, Ssfr, SsfrParams, SurfaceImages};
 
 use crate::colors::SurfaceColors;
 use crate::{PipelineError, Registry};
@@ -28,13 +28,14 @@ pub(crate) struct OpaqueSets {
 }
 
 impl OpaqueSets {
-    /// `params` are those of the water, whose filter smooths solids as well.
+    /// `params` are those of the water, whose filter smooths solids as well; their particles are spheres.
     pub(crate) fn new(
         gpu: &Gpu,
         registry: &Registry,
         params: &SsfrParams,
         size: [u32; 2],
     ) -> Result<Self, PipelineError> {
+        let params = &SsfrParams { anisotropy: AnisotropyParams::default(), ..params.clone() };
         let unfiltered = FilterChoice { name: NoFilter::NAME.to_owned(), ..Default::default() };
         let spheres = SsfrParams { filter: unfiltered, ..params.clone() };
         Ok(Self {

@@ -170,8 +170,9 @@ impl Renderer {
     /// A parameter out of range; the level of detail then stays as it was.
     pub fn set_lod(&mut self, params: LodParams) -> Result<(), PipelineError> {
         params.validate()?;
-        self.settings.lod = params;
-        self.surface.set_params(&self.gpu, &self.registry.filters, &self.settings.water_surface())?;
+        let settings = Settings { lod: params, ..self.settings.clone() };
+        self.surface.set_params(&self.gpu, &self.registry.filters, &settings.water_surface())?;
+        self.settings = settings;
         Ok(())
     }
 

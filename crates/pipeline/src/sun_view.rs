@@ -10,7 +10,9 @@ use meniscus_shading::{
     SunlightPass, Waves,
 };
 use meniscus_ssfr::filter::NarrowRange;
-use meniscus_ssfr::{ColoredSet, FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages};
+use meniscus_ssfr::{
+    AnisotropyParams, ColoredSet, FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
+};
 
 use crate::images::FrameImages;
 use crate::opaque_sets::{OpaqueSets, Scene};
@@ -268,7 +270,8 @@ impl WaterView {
         // Waves focus light, single particles do not: bumps of a spacing would be seen as a net of dots.
         let sigma = serde_json::Map::from_iter([("sigma".to_owned(), WAVES_SIGMA.into())]);
         let filter = FilterChoice { name: NarrowRange::NAME.to_owned(), parameters: sigma };
-        let params = SsfrParams { filter, ..settings.water_surface() };
+        let anisotropy = AnisotropyParams::default();
+        let params = SsfrParams { filter, anisotropy, ..settings.water_surface() };
         let strength = settings.scene.caustics;
         let is_focused = strength > 0.0;
         let focus = || -> Result<Focus, PipelineError> {

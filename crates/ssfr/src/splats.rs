@@ -1,4 +1,5 @@
 use bytemuck::{Pod, Zeroable};
+use meniscus_core::DEFAULT_RADIUS_PER_SPACING;
 use meniscus_gpu::role::{Occludees, Particles, Shapes, StandIns};
 use meniscus_gpu::{Buffer, HostField, HostStruct, RangeList};
 
@@ -93,12 +94,10 @@ impl HostStruct for SplatUniform {
     });
 }
 
-/// Drawn radius, in spacings, from which spheres on a lattice cover each other with room to spare.
-const COVERING_RADIUS: f32 = 0.625;
-
-/// How much of the growth of thinned particles is needed to close holes, at most 1 (`meniscus::particle::kept`).
+/// How much of the growth of thinned particles is needed to close holes, at most 1 (`meniscus::particle::kept`): spheres of the
+/// default radius just cover what is behind them.
 pub(crate) fn closing(radius_world: f32, spacing_world: f32) -> f32 {
-    (COVERING_RADIUS * spacing_world / radius_world).min(1.0)
+    (DEFAULT_RADIUS_PER_SPACING as f32 * spacing_world / radius_world).min(1.0)
 }
 
 /// Steps of the fixed-point thickness per spacing of the finest set: sums saturate at two million spacings.
