@@ -7,8 +7,8 @@ use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Texture, Timing};
 use meniscus_lod::weight::{GROWS_BELOW, MAX_GROWTH};
 use meniscus_lod::{
-    GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
-    Viewpoint, explain,
+    GpuSet, LodParams, Mode, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore,
+    SetStoreStats, Viewpoint, explain,
 };
 use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
 use meniscus_ssfr::{
@@ -170,9 +170,7 @@ impl Renderer {
     /// A parameter out of range; the level of detail then stays as it was.
     pub fn set_lod(&mut self, params: LodParams) -> Result<(), PipelineError> {
         params.validate()?;
-        let settings = Settings { lod: params, ..self.settings.clone() };
-        self.surface.set_params(&self.gpu, &self.registry.filters, &settings.water_surface())?;
-        self.settings = settings;
+        self.settings.lod = params;
         Ok(())
     }
 
@@ -418,6 +416,7 @@ impl Renderer {
     ) -> Result<(), PipelineError> {
         self.gpu.restart_work();
         camera.validate()?;
+        self.fit_samples(world, camera, size)?;
         self.fit_images(size)?;
         self.fit_colors(size, world)?;
         if self.geometry.is_none() {
@@ -541,6 +540,21 @@ impl Renderer {
         }
         self.compositor.record(&self.gpu, &mut self.recorder, &images.radiance, &images.display);
         Ok(())
+    }
+
+    /// Below full detail, where coarse stand-ins take the place of particles in the thickness, it is sampled in coarser steps. Not so
+    /// for tolerated errors, which are meant for the samples that were asked for.
+    fn fit_samples(&mut self, world: &World, camera: &Camera, size: [u32; 2]) -> Result<(), PipelineError> {
+        let lod = &self.settings.lod;
+        let mut params = self.settings.water_surface();
+        if lod.mode == Mode::Threshold && !lod.is_full() {
+            let uniform = CameraUniform::new(camera, size);
+            let away = (world.bounds().center() - camera.eye).dot(camera.forward());
+            let distance = if uniform.orthographic == 0 { away.max(camera.near) } else { 1.0 };
+            let spacing_px = world.space().spacing as f32 * uniform.px_per_world_at_one / distance;
+            params.thickness = params.thickness.coarsened(spacing_px);
+        }
+        Ok(self.surface.set_params(&self.gpu, &self.registry.filters, &params)?)
     }
 
     fn fit_images(&mut self, size: [u32; 2]) -> Result<(), PipelineError> {

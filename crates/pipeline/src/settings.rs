@@ -2,10 +2,10 @@ use std::path::PathBuf;
 
 use meniscus_compositor::CompositorParameters;
 use meniscus_core::Choice;
-use meniscus_lod::{LodParams, Mode};
+use meniscus_lod::LodParams;
 use meniscus_scene::Description;
 use meniscus_shading::{LightingChoice, VTK_NAMES};
-use meniscus_ssfr::{FilterChoice, SsfrParams, ThicknessParams};
+use meniscus_ssfr::{FilterChoice, SsfrParams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -176,14 +176,10 @@ impl Settings {
         key_of_vtk(key)
     }
 
-    /// How the surface of the water is made: as [`Self::surface`] says, but below full detail, where coarse stand-ins take the place
-    /// of particles in the thickness, with coarser samples of it; and ellipsoids, which lie closer to the surface than spheres,
+    /// How the surface of the water is made: as [`Self::surface`] says, but ellipsoids, which lie closer to the surface than spheres,
     /// with less smoothing where nothing is said of that.
     pub(crate) fn water_surface(&self) -> SsfrParams {
         let mut surface = self.surface.clone();
-        if self.lod.mode == Mode::Threshold && !self.lod.is_full() {
-            surface.thickness.scale = (2 * surface.thickness.scale).min(ThicknessParams::MAX_SCALE);
-        }
         if surface.anisotropy.is_on() && surface.filter == FilterChoice::default() {
             // Nearer to a reconstructed mesh than spheres with the filter's own in 27 of 30 numbers (benches/RESULTS.md).
             surface
@@ -423,14 +419,6 @@ mod tests {
             settings.describe(&registry).into_iter().find(|(found, _)| found == key).unwrap().1
         };
         let mut settings = Settings::default();
-        assert_eq!(listed(&settings, "thickness.scale"), "2");
-        settings.set("lod.threshold", "0.3").unwrap();
-        assert_eq!(listed(&settings, "thickness.scale"), "4");
-        assert_eq!(settings.water_surface().thickness.scale, 4);
-        // The tolerated errors are for the samples that were asked for.
-        settings.lod.mode = Mode::ErrorBound;
-        assert_eq!(listed(&settings, "thickness.scale"), "2");
-
         assert_eq!(listed(&settings, "filter.sigma"), "1");
         settings.set("anisotropy.form", "yu-turk").unwrap();
         assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["0.6", "1"]);

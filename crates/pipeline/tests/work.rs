@@ -6,6 +6,7 @@ use meniscus_core::{
     UpAxis, WorkCounters,
 };
 use meniscus_gpu::{AdapterChoice, Gpu};
+use meniscus_lod::LodParams;
 use meniscus_pipeline::{PreparedFrame, Registry, Renderer, Settings, World};
 
 const SPACING: f32 = 0.05;
@@ -195,4 +196,20 @@ fn a_still_scene_is_drawn_once() {
         || set.renderer.render(&set.frame, &set.world, &camera(MIDDLE, ALL), SIZE).unwrap().pixels;
     let (first, again) = (picture(), picture());
     assert!(first == again, "the second picture differs");
+}
+
+/// Below full detail the thickness has coarser samples where particles are far enough apart, which takes other images; nothing is
+/// made anew while that stays so.
+#[test]
+fn samples_are_coarser_below_full_detail_where_particles_are_apart() {
+    let mut set = Set::new();
+    // 1.5 and 3.3 pixels between particles.
+    let heights = [4.0, ALL, ALL, 4.0];
+    let mut made = |threshold| {
+        set.renderer.set_lod(LodParams { threshold, ..Default::default() }).unwrap();
+        set.draw(MIDDLE, 4.0);
+        heights.map(|height| of(set.draw(MIDDLE, height).gpu_allocations) > 0)
+    };
+    assert_eq!(made(1.0), [false; 4]);
+    assert_eq!(made(0.3), [false, true, false, true]);
 }

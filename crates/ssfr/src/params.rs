@@ -23,7 +23,7 @@ impl Default for FilterChoice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThicknessParams {
-    /// Pixels per side that share one sample, 1, 2 or 4; the pipeline takes twice as many, at most 4, below full detail.
+    /// Pixels per side that share one sample, 1, 2 or 4; below full detail the pipeline takes [`Self::coarsened`] ones.
     pub scale: u32,
     /// Standard deviation of the smoothing in projected particle spacings, 0 (none) to 10.
     pub smoothing: f32,
@@ -38,6 +38,14 @@ impl Default for ThicknessParams {
 impl ThicknessParams {
     /// Most pixels per side of a sample.
     pub const MAX_SCALE: u32 = 4;
+
+    /// With twice as many pixels per sample, at most [`Self::MAX_SCALE`], where particles are `spacing_px` apart and samples still
+    /// are about as fine: coarser ones would show as stripes, which the smoothing over a spacing leaves.
+    pub fn coarsened(&self, spacing_px: f32) -> Self {
+        let scale = 2 * self.scale;
+        let is_fine = scale <= Self::MAX_SCALE && spacing_px >= 0.75 * scale as f32;
+        Self { scale: if is_fine { scale } else { self.scale }, ..self.clone() }
+    }
 
     /// Half size of a splat, in samples, from which its profile is drawn. Sampled profiles depend on where between the
     /// samples the centre lies, by up to 7 % at 2, so that smaller splats are shared out between the four nearest samples.
@@ -180,6 +188,14 @@ pub(crate) fn check_range(
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn samples_are_coarsened_no_further_than_particles_are_apart() {
+        let scale = |scale, spacing_px| ThicknessParams { scale, smoothing: 1.0 }.coarsened(spacing_px).scale;
+        assert_eq!([scale(2, 2.9), scale(2, 3.0), scale(2, 100.0)], [2, 4, 4]);
+        assert_eq!([scale(1, 1.4), scale(1, 1.5), scale(4, 100.0)], [1, 2, 4]);
+        assert_eq!([scale(2, f32::NAN), scale(2, f32::INFINITY)], [2, 4]);
+    }
 
     #[test]
     fn numbers_out_of_range_are_named() {
