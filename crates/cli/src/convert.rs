@@ -18,7 +18,7 @@ pub fn run(args: &ConvertArgs, terminal: &Terminal) -> Result<(), Failure> {
     let format = format(&args.output, args.encoding)?;
     let names = Names::parse(&args.output)?;
     let cancel = interrupt();
-    let series = input::open(&args.input, &cancel)?;
+    let series = input::open(&args.input, true, &cancel)?;
     let frames = args.wanted.within(series.frame_count())?;
     if frames.len() > 1 && names.of(0) == names.of(1) {
         let (count, stem) = (frames.len(), args.output.file_stem().unwrap_or_default().to_string_lossy());

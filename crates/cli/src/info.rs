@@ -11,7 +11,7 @@ use crate::terminal::{Terminal, print};
 
 pub fn run(args: &InfoArgs, terminal: &Terminal) -> Result<(), Failure> {
     // Nothing is written: Ctrl-C may end the process as it is.
-    let series = input::open(&args.input, &Cancel::default())?;
+    let series = input::open(&args.input, false, &Cancel::default())?;
     let frames = series.frame_count();
     if args.frame >= frames {
         return Err(Failure::Usage(format!(

@@ -87,7 +87,7 @@ impl RenderReport {
             size: studio.size,
             camera: CameraReport::of(&studio.camera, series.space().origin),
             space: *series.space(),
-            settings: studio.renderer.settings().effective(studio.renderer.registry()),
+            settings: studio.renderer.settings().effective(studio.renderer.registry(), Some(&studio.world)),
             choices: studio.choices.clone(),
             flaws: studio.flaws.clone(),
             frames: Vec::new(),

@@ -31,6 +31,9 @@ pub struct SeriesOptions {
     pub region: Option<Region>,
     /// Time between frames, > 0; replaces what the files state.
     pub time_step: Option<f64>,
+    /// Keeps particles that are walls for sure in the default set. Else they are a set of their own, `walls`, which is hidden, unless
+    /// [`Self::where_expr`] or [`Self::sets`] say what is what.
+    pub keep_walls: bool,
     /// Keeps points that the file marks as ghosts: copies of a neighbouring process' points, or hidden ones.
     pub keep_ghosts: bool,
 }

@@ -5,8 +5,8 @@ mod common;
 use std::path::Path;
 
 use common::data_dir;
-use meniscus_core::{Cancel, Flaw, FrameRequest, FrameSource, RadiusChoice, SpacingSource, UpAxis};
-use meniscus_io::{IoMode, Series, SeriesOptions};
+use meniscus_core::{Cancel, Flaw, FrameRequest, FrameSource, Look, RadiusChoice, SpacingSource, UpAxis};
+use meniscus_io::{IoMode, Series, SeriesOptions, SetSpec};
 
 fn open(path: &Path) -> Series {
     Series::open(path, &SeriesOptions::default()).unwrap_or_else(|e| panic!("{e}"))
@@ -75,27 +75,64 @@ fn what_the_user_says_is_no_choice() {
 }
 
 #[test]
-fn walls_are_pointed_out_with_a_flag_that_hides_them() {
+fn walls_are_no_water() {
     let Some(dir) = data_dir() else { return };
     for name in ["dam.pvd", "dam_0000.vtu", "dam_0003.vtu", "dam_0006.vtk"] {
         let path = dir.join("pysph_dam_break").join(name);
+        let read = |series: &Series| -> Vec<(Look, usize)> {
+            let frame = series.read(0, &FrameRequest::default(), &Cancel::default()).expect(name);
+            frame.sets.iter().map(|set| (set.look, set.particles.len())).collect()
+        };
         let series = open(&path);
-        let flag = "--where 'type == 0'".to_owned();
-        let flaws: Vec<_> = series.flaws().iter().cloned().collect();
-        assert_eq!(flaws, [Flaw::WallsDrawnAsWater { flag }], "{name}");
-        let read =
-            |series: &Series| series.read(0, &FrameRequest::default(), &Cancel::default()).expect(name);
-        assert_eq!(read(&series).len(), 17_560, "{name}: nothing is hidden unasked");
-        let options = SeriesOptions { where_expr: Some("type == 0".into()), ..Default::default() };
-        let fluid = Series::open(&path, &options).expect(name);
-        assert!(fluid.flaws().is_empty(), "{name}: {:?}", fluid.flaws());
-        assert_eq!(read(&fluid).len(), 7128, "{name}");
+        assert!(series.flaws().is_empty(), "{name}: {:?}", series.flaws());
+        assert_eq!(read(&series), [(Look::Water, 7128), (Look::Hidden, 10_432)], "{name}");
+        let lines: Vec<String> = series.choices().iter().map(ToString::to_string).collect();
+        let line = lines
+            .iter()
+            .find(|line| line.starts_with("walls: 10432 of 17560 particles, not drawn"))
+            .expect(name);
+        let flag = "--set \"walls=type in (1, 2):solid\"";
+        assert!(line.contains(flag), "{name}: {line}");
         assert_eq!(
-            fluid.frame_info(0, false).expect(name).points,
+            series.frame_info(0, false).expect(name).points,
             17_560,
             "{name}: info is of the whole file"
         );
+
+        // The flag draws them, and nothing more is said of walls.
+        let shown = SetSpec { name: "walls".into(), pattern: "type in (1, 2)".into(), look: Look::Solid };
+        let shown =
+            Series::open(&path, &SeriesOptions { sets: vec![shown], ..Default::default() }).expect(name);
+        assert_eq!(read(&shown), [(Look::Water, 7128), (Look::Solid, 10_432)], "{name}");
+        let kept =
+            Series::open(&path, &SeriesOptions { keep_walls: true, ..Default::default() }).expect(name);
+        assert_eq!(read(&kept), [(Look::Water, 17_560)], "{name}");
+        let flaws: Vec<_> = kept.flaws().iter().cloned().collect();
+        assert_eq!(flaws, [Flaw::WallsDrawnAsWater { flag: "--where 'type == 0'".to_owned() }], "{name}");
     }
+}
+
+/// A lake that something is about to fall into has no speed either: it is pointed out and drawn.
+#[test]
+fn what_only_has_no_speed_is_drawn() {
+    let folder = tempfile::tempdir().unwrap();
+    let path = folder.path().join("slide.vtk");
+    let points: Vec<String> = (0..1000).map(|i| format!("{} {} {}", i % 10, i / 10 % 10, i / 100)).collect();
+    let is_slide = |i: usize| i % 10 < 2;
+    let kinds: Vec<&str> = (0..1000).map(|i| if is_slide(i) { "1" } else { "0" }).collect();
+    let speeds: Vec<&str> = (0..1000).map(|i| if is_slide(i) { "3 0 -1" } else { "0 0 0" }).collect();
+    let text = format!(
+        "# vtk DataFile Version 3.0\nslide\nASCII\nDATASET POLYDATA\nPOINTS 1000 float\n{}\nPOINT_DATA 1000\n\
+         SCALARS type int 1\nLOOKUP_TABLE default\n{}\nVECTORS velocity float\n{}\n",
+        points.join("\n"),
+        kinds.join("\n"),
+        speeds.join("\n")
+    );
+    std::fs::write(&path, text).unwrap();
+    let series = open(&path);
+    let flaw = Flaw::WallsDrawnAsWater { flag: "--where 'type == 1'".to_owned() };
+    assert!(series.flaws().iter().any(|found| *found == flaw), "{:?}", series.flaws());
+    assert_eq!(series.read(0, &FrameRequest::default(), &Cancel::default()).unwrap().len(), 1000);
 }
 
 #[test]

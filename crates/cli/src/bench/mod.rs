@@ -47,7 +47,7 @@ pub fn run(
     }
     let Some(settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
     let cancel = interrupt();
-    let series = input::open(&args.input, &cancel)?;
+    let series = input::open(&args.input, false, &cancel)?;
     check_frame(args.frame, &series)?;
     let trace = Trace::new(args.trace.is_some());
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;

@@ -58,7 +58,7 @@ pub fn run(
     }
     let trace = Arc::new(Trace::new(args.trace.is_some()));
     let cancel = interrupt();
-    let series = Arc::new(input::open(&args.input, &cancel)?);
+    let series = Arc::new(input::open(&args.input, false, &cancel)?);
     let frames = args.wanted.within(series.frame_count())?;
     let shots = Shots::plan(args, &series, &frames, output.is_film(), &cancel)?;
     let film_choice = output.open(args, &shots)?;

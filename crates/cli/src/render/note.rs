@@ -23,7 +23,7 @@ impl Maker {
             "{:?} {} {:?} {:?} {supersample} {depth:?} {quality} {show:?} {layers:?} {sets:?} {where_expr:?} {every:?} \
              {region:?} {keep_ghosts}",
             renderer.gpu().summary(),
-            renderer.settings().effective(renderer.registry()),
+            renderer.settings().effective(renderer.registry(), Some(&studio.world)),
             studio.world,
             studio.size,
         );

@@ -13,6 +13,10 @@ use crate::scalar::{ToF32, ToF64};
 pub(crate) struct Walls {
     /// The flag that hides them, ready to paste.
     pub flag: String,
+    /// The selection of them.
+    pub pattern: String,
+    /// Why they can be nothing else, if so. What has no speed at one moment may be a lake that something is about to fall into.
+    pub certain_as: Option<&'static str>,
     /// Which particles they are.
     pub members: Vec<bool>,
 }
@@ -69,25 +73,37 @@ pub(crate) fn find(
             }));
         }
         let group_of = |point: usize| Some(usize::from(members[point])).filter(|&g| g < groups.len());
-        let walls = match motion(frame, positions, later, groups.len(), &group_of, cancel)? {
-            Some(motion) => standing_still(&motion),
+        let shells = || shells(positions, groups.len(), &group_of);
+        let (walls, certain_as) = match motion(frame, positions, later, groups.len(), &group_of, cancel)? {
+            Some(Motion { root_means, is_seen }) => {
+                let still = standing_still(&root_means);
+                let encloses = || shells().iter().zip(&still).any(|(shell, still)| *shell && *still);
+                let certain_as = match is_seen {
+                    true => Some("they stay where they are while others move"),
+                    false => encloses().then_some("they stand still around the others"),
+                };
+                (still, certain_as)
+            }
             None => {
                 let sizes: Vec<u64> = counts.iter().map(|count| count.count).collect();
-                with_obstacles(shells(positions, groups.len(), &group_of), &sizes)
+                (with_obstacles(shells(), &sizes), Some("they enclose the others"))
             }
         };
         if !walls.contains(&true) || walls.iter().all(|wall| *wall) {
             continue;
         }
-        let keep: Vec<String> =
-            groups.iter().zip(&walls).filter(|(_, wall)| !**wall).map(|(g, _)| g.to_string()).collect();
-        let name = quoted(&kind.name);
-        let flag = match keep.as_slice() {
-            [one] => format!("--where '{name} == {one}'"),
-            several => format!("--where '{name} in ({})'", several.join(", ")),
+        let selection = |of_walls: bool| {
+            let taken = groups.iter().zip(&walls).filter(|(_, wall)| **wall == of_walls);
+            let values: Vec<String> = taken.map(|(group, _)| group.to_string()).collect();
+            let name = quoted(&kind.name);
+            match values.as_slice() {
+                [one] => format!("{name} == {one}"),
+                several => format!("{name} in ({})", several.join(", ")),
+            }
         };
+        let (flag, pattern) = (format!("--where '{}'", selection(false)), selection(true));
         let members = (0..members.len()).map(|i| group_of(i).is_some_and(|group| walls[group])).collect();
-        return Ok(Some(Walls { flag, members }));
+        return Ok(Some(Walls { flag, pattern, certain_as, members }));
     }
     Ok(None)
 }
@@ -99,7 +115,14 @@ fn quoted(name: &str) -> String {
     if bare { name.to_owned() } else { format!("\"{name}\"") }
 }
 
-/// Root mean square of each group's displacement, else of its velocity; `None` when nothing moves or nothing tells.
+struct Motion {
+    /// Root mean square of each group's displacement, else of its velocity.
+    root_means: Vec<f64>,
+    /// Whether it is of displacements.
+    is_seen: bool,
+}
+
+/// How the groups move; `None` when nothing moves or nothing tells.
 fn motion(
     frame: &FrameData,
     positions: &[[f32; 3]],
@@ -107,16 +130,16 @@ fn motion(
     groups: usize,
     group_of: &impl Fn(usize) -> Option<usize>,
     cancel: &Cancel,
-) -> Result<Option<Vec<f64>>, Error> {
+) -> Result<Option<Motion>, Error> {
     if let Some(later) = later {
         let mut sums = Squares::of(groups);
         for (i, position) in positions.iter().enumerate() {
             let later = later(i);
             sums.add(group_of(i), std::array::from_fn(|axis| later[axis] - position[axis]));
         }
-        let motion = sums.root_means();
-        if motion.iter().any(|&m| m > 0.0) {
-            return Ok(Some(motion));
+        let root_means = sums.root_means();
+        if root_means.iter().any(|&m| m > 0.0) {
+            return Ok(Some(Motion { root_means, is_seen: true }));
         }
     }
     let Some(velocity) = names::find(frame, names::VELOCITY, 3) else { return Ok(None) };
@@ -128,7 +151,9 @@ fn motion(
             sums.add(group_of(block.first + i), *velocity);
         }
     }
-    Ok(Some(sums.root_means()).filter(|motion| motion.iter().any(|&m| m > 0.0)))
+    let root_means = sums.root_means();
+    let moves = root_means.iter().any(|&m| m > 0.0);
+    Ok(moves.then_some(Motion { root_means, is_seen: false }))
 }
 
 /// Sums of the squared lengths of each group's vectors, and how many there are.

@@ -68,9 +68,15 @@ impl Series {
         options.validate()?;
         let place = Place { input: input.to_owned(), time_step: options.time_step };
         let found = place.look()?;
-        let sets = sets::plan(options)?;
-        let survey = survey::survey(&found.steps, &sets, options, cancel)?;
+        let mut sets = sets::plan(options)?;
+        let mut survey = survey::survey(&found.steps, &sets, options, cancel)?;
         let mut choices = found.choices;
+        if let Some((walls, choice)) = survey.walls {
+            let options = SeriesOptions { sets: vec![walls], ..options.clone() };
+            sets = sets::plan(&options)?;
+            survey = survey::survey(&found.steps, &sets, &options, cancel)?;
+            choices.push(choice);
+        }
         choices.extend(survey.choices);
         Ok(Self {
             place,

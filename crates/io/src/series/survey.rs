@@ -4,7 +4,7 @@ use std::cell::LazyCell;
 use std::ops::Deref;
 use std::path::PathBuf;
 
-use meniscus_core::{Cancel, Choice, Flaw, Flaws, SeriesSpace};
+use meniscus_core::{Cancel, Choice, Flaw, Flaws, Look, SeriesSpace};
 
 use super::sets::Plans;
 use super::sizes::{self, Sizes};
@@ -14,7 +14,7 @@ use crate::analysis::walls::Walls;
 use crate::analysis::{names, up, walls};
 use crate::array::check;
 use crate::discover::TimeStep;
-use crate::{Error, IoMode, SeriesOptions, input_file};
+use crate::{Error, IoMode, SeriesOptions, SetSpec, input_file};
 
 pub(super) struct Survey {
     pub space: SeriesSpace,
@@ -24,6 +24,8 @@ pub(super) struct Survey {
     pub has_ids: bool,
     pub velocity: Option<String>,
     pub sizes: Option<Sizes>,
+    /// The set that holds walls which are drawn as water, where they are walls for sure and nothing is said of sets.
+    pub walls: Option<(SetSpec, Choice)>,
 }
 
 pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
@@ -53,6 +55,8 @@ pub(super) fn survey(
         flaws.add(Flaw::Planar { axis: ['x', 'y', 'z'][axis] });
     }
     let walls = find_walls(&view, &last, cancel)?;
+    let is_open = !options.keep_walls && options.where_expr.is_none() && options.sets.is_empty();
+    let own_set = walls.as_ref().filter(|_| is_open).and_then(walls_set);
     if let Some(walls) = &walls {
         flaws.add(Flaw::WallsDrawnAsWater { flag: walls.flag.clone() });
     }
@@ -94,6 +98,7 @@ pub(super) fn survey(
         choices,
         flaws,
         sizes,
+        walls: own_set,
     })
 }
 
@@ -110,6 +115,16 @@ fn find_walls(
     let later = same_particles.map(|last| |i: usize| last.position_from(view.origin, i));
     let later = later.as_ref().map(|later| later as &dyn Fn(usize) -> [f32; 3]);
     walls::find(&view.frame, &view.positions, |i| view.is_water(i), later, cancel)
+}
+
+/// The hidden set of `walls`, and what is said of it, if they can be nothing else.
+fn walls_set(walls: &Walls) -> Option<(SetSpec, Choice)> {
+    let reason = walls.certain_as?;
+    let spec = SetSpec { name: "walls".into(), pattern: walls.pattern.clone(), look: Look::Hidden };
+    let count = walls.members.iter().filter(|member| **member).count();
+    let value = format!("{count} of {} particles, not drawn", walls.members.len());
+    let flag = format!("--set \"walls={}:solid\"", spec.pattern);
+    Some((spec, choice("walls", value, reason.into(), &flag)))
 }
 
 /// Says how the first frame's files come into memory, unless the user has said.

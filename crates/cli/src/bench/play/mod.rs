@@ -42,7 +42,7 @@ pub fn run(
 ) -> Result<(), Failure> {
     let Some(settings) = picture::settings(&args.picture, &registry)? else { return Ok(()) };
     let cancel = interrupt();
-    let series = Arc::new(input::open(&args.input, &cancel)?);
+    let series = Arc::new(input::open(&args.input, false, &cancel)?);
     super::check_frame(args.frame, &series)?;
     let trace = Arc::new(Trace::new(args.trace.is_some()));
     let mut studio = Studio::open(&series, &args.picture, settings, global, registry, terminal)?;
