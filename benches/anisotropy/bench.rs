@@ -48,7 +48,7 @@ impl Page {
     }
 
     fn record(&mut self, recorder: &mut Recorder, gpu: &Gpu) {
-        let params = AnisotropyParams { form: Anisotropy::YuTurk, ..Default::default() };
+        let params = AnisotropyParams { form: Some(Anisotropy::YuTurk), ..Default::default() };
         let pages = [ShapePage { particles: &self.particles, shapes: &self.shapes }];
         let work = ShapeWork {
             bounds: self.bounds,

@@ -9,21 +9,22 @@ struct ShapeRule {
     last_cell: vec3<u32>,
     // 0: axes after variances, of the sphere's volume; 1: axes after standard deviations.
     form: u32,
-    // Drawn radius and farthest shift of a centre, in supports.
-    radius: f32,
+    // Farthest shift of a centre, in supports.
     most_shift: f32,
     // How far from the mean of its neighbours a particle in a flat surface is, in supports.
     surface_shift: f32,
     strength: f32,
     ratio: f32,
     smoothing: f32,
-    // Of half-axes after standard deviations: factor, and the longest, in radii.
+    // Of half-axes after standard deviations: radii per support, and the longest, in radii.
     axis_scale: f32,
     longest_axis: f32,
     no_neighbours: f32,
     full_neighbours: f32,
+    moved_neighbours: f32,
     // Variance below which neighbours are so close together that they say nothing.
     least_variance: f32,
+    // In supports.
     lift: f32,
 }
 

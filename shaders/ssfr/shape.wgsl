@@ -129,7 +129,12 @@ fn half_axes(variances: vec3<f32>) -> vec3<f32> {
     if rule.form == 0u {
         return limited / pow(limited.x * limited.y * limited.z, 1.0 / 3.0);
     }
-    return min(sqrt(limited) * rule.axis_scale / rule.radius, vec3(rule.longest_axis));
+    return min(sqrt(limited) * rule.axis_scale, vec3(rule.longest_axis));
+}
+
+// From 0 without neighbours enough to 1 at `full` of them.
+fn enough(neighbours: f32, full: f32) -> f32 {
+    return clamp((neighbours - rule.no_neighbours) / (full - rule.no_neighbours), 0.0, 1.0);
 }
 
 fn shape_of(sums: Sums) -> Shape {
@@ -143,10 +148,9 @@ fn shape_of(sums: Sums) -> Shape {
 
     // The mean weight over the support is 1/2; counted so, no neighbour enters or leaves with a step.
     let neighbours = 2.0 * (f32(sums.weight) / STEPS - 1.0);
-    let share = clamp((neighbours - rule.no_neighbours) / (rule.full_neighbours - rule.no_neighbours), 0.0, 1.0);
     // Where all are in one place, there is no shape to be found.
     let spread = min(max(variances.x, max(variances.y, variances.z)) / rule.least_variance, 1.0);
-    let blend = rule.strength * share * spread;
+    let blend = rule.strength * enough(neighbours, rule.full_neighbours) * spread;
     let axes = 1.0 + (half_axes(variances) - 1.0) * blend;
     let u = found.vectors;
     let diagonal = u[0] * u[0] * axes.x + u[1] * u[1] * axes.y + u[2] * u[2] * axes.z;
@@ -157,10 +161,10 @@ fn shape_of(sums: Sums) -> Shape {
     let outward = select(vec3(0.0), -mean / away, away > 1e-6);
     let t = min(away / rule.surface_shift, 1.0);
     let one_sided = t * t * (3.0 - 2.0 * t);
-    let inwards = rule.smoothing * share * (away - rule.surface_shift * one_sided);
+    let inwards = rule.smoothing * enough(neighbours, rule.moved_neighbours) * (away - rule.surface_shift * one_sided);
     let along = outward * u * axes;
     // What the flatter shape would sink by.
-    let lifted = rule.lift * one_sided * max(1.0 - length(along), 0.0) * rule.radius;
+    let lifted = rule.lift * one_sided * max(1.0 - length(along), 0.0);
     let shift = outward * ((lifted - inwards) / rule.most_shift);
     return Shape(shift / max(length(shift), 1.0), diagonal, products);
 }

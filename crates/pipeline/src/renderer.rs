@@ -7,8 +7,8 @@ use meniscus_gpu::role::{KeptRange, PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Texture, Timing};
 use meniscus_lod::weight::{GROWS_BELOW, MAX_GROWTH};
 use meniscus_lod::{
-    GpuSet, LodParams, Mode, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore,
-    SetStoreStats, Viewpoint, explain,
+    GpuSet, LodParams, PageLists, ParticleCounts, Selection, Selector, SetPage, SetStore, SetStoreStats,
+    Viewpoint, explain,
 };
 use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
 use meniscus_ssfr::{
@@ -59,7 +59,7 @@ pub struct Renderer {
     recorder: Recorder,
     scene: ScenePass,
     surface: Ssfr,
-    /// `None` where all particles are drawn as spheres.
+    /// `None` until particles are drawn as anything but spheres.
     shapes: Option<ShapePasses>,
     /// `None` where nothing throws shadows; for the size of the last picture.
     sun: Option<SunView>,
@@ -92,8 +92,8 @@ impl Renderer {
         Ok(Self {
             recorder: Recorder::new(&gpu, Timing::Stamps),
             scene: ScenePass::new(&gpu)?,
-            surface: Ssfr::new(&gpu, &registry.filters, &settings.water_surface())?,
-            shapes: settings.surface.anisotropy.is_on().then(|| ShapePasses::new(&gpu)).transpose()?,
+            surface: Ssfr::new(&gpu, &registry.filters, &settings.water_surface(None))?,
+            shapes: None,
             sun: None,
             lighting,
             compositor: Compositor::new(&gpu, &settings.post)?,
@@ -416,7 +416,7 @@ impl Renderer {
     ) -> Result<(), PipelineError> {
         self.gpu.restart_work();
         camera.validate()?;
-        self.fit_samples(world, camera, size)?;
+        self.fit_surface(world, camera, size)?;
         self.fit_images(size)?;
         self.fit_colors(size, world)?;
         if self.geometry.is_none() {
@@ -542,12 +542,12 @@ impl Renderer {
         Ok(())
     }
 
-    /// Below full detail, where coarse stand-ins take the place of particles in the thickness, it is sampled in coarser steps. Not so
-    /// for tolerated errors, which are meant for the samples that were asked for.
-    fn fit_samples(&mut self, world: &World, camera: &Camera, size: [u32; 2]) -> Result<(), PipelineError> {
-        let lod = &self.settings.lod;
-        let mut params = self.settings.water_surface();
-        if lod.mode == Mode::Threshold && !lod.is_full() {
+    /// Takes the parameters of the surface that suit the water, the camera and the level of detail. Below full detail, where coarse
+    /// stand-ins take the place of particles in the thickness, it is sampled in coarser steps; not so for tolerated errors, which are
+    /// meant for the samples that were asked for.
+    fn fit_surface(&mut self, world: &World, camera: &Camera, size: [u32; 2]) -> Result<(), PipelineError> {
+        let mut params = self.settings.water_surface(Some(world.water_particles()));
+        if self.settings.is_thinned() {
             let uniform = CameraUniform::new(camera, size);
             let away = (world.bounds().center() - camera.eye).dot(camera.forward());
             let distance = if uniform.orthographic == 0 { away.max(camera.near) } else { 1.0 };
@@ -617,9 +617,15 @@ impl Renderer {
 
     /// Finds the shapes that the water's particles are drawn as, where they have changed.
     fn find_shapes(&mut self, frame: &PreparedFrame, world: &World) -> Result<(), PipelineError> {
-        let Some(passes) = &mut self.shapes else { return Ok(()) };
+        let params = &self.surface.params().anisotropy;
+        if !params.is_on() {
+            return Ok(());
+        }
+        let passes = match &mut self.shapes {
+            Some(passes) => passes,
+            none => none.insert(ShapePasses::new(&self.gpu)?),
+        };
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets).filter(|(_, set)| set.look == Look::Water) {
-            let params = &self.settings.surface.anisotropy;
             drawn.shapes.find(
                 &self.gpu,
                 &mut self.recorder,
@@ -636,7 +642,7 @@ impl Renderer {
     fn viewpoint(&self, world: &World, camera: &Camera, size: [u32; 2]) -> Viewpoint {
         let spheres = viewpoint(world, camera, size, self.surface.params());
         let spacing_per_radius = spheres.spacing_world / spheres.radius_world;
-        let shell_reach = self.settings.surface.anisotropy.reach_radii(spacing_per_radius);
+        let shell_reach = self.surface.params().anisotropy.reach_radii(spacing_per_radius);
         Viewpoint { shell_reach, ..spheres }
     }
 

@@ -2,7 +2,7 @@ use std::path::PathBuf;
 
 use meniscus_compositor::CompositorParameters;
 use meniscus_core::Choice;
-use meniscus_lod::LodParams;
+use meniscus_lod::{LodParams, Mode};
 use meniscus_scene::Description;
 use meniscus_shading::{LightingChoice, VTK_NAMES};
 use meniscus_ssfr::{FilterChoice, SsfrParams};
@@ -10,7 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
-use crate::{ColorSettings, FoamSettings, Registry};
+use crate::{ColorSettings, FoamSettings, Registry, World};
 
 /// Every parameter of a picture besides its camera and size. Stages describe their own; `stage.name` is the key on the
 /// command line.
@@ -176,11 +176,20 @@ impl Settings {
         key_of_vtk(key)
     }
 
-    /// How the surface of the water is made: as [`Self::surface`] says, but ellipsoids, which lie closer to the surface than spheres,
-    /// with less smoothing where nothing is said of that.
-    pub(crate) fn water_surface(&self) -> SsfrParams {
+    /// Whether particles are left out in return for fewer details, and not only as far as nobody sees it.
+    pub(crate) fn is_thinned(&self) -> bool {
+        self.lod.mode == Mode::Threshold && !self.lod.is_full()
+    }
+
+    /// How the surface of the water is made: as [`Self::surface`] says, but with less smoothing of ellipsoids where nothing is said of
+    /// it: they lie closer to the surface than spheres, unless they grow to stand for others. Automatic choices are made for frames
+    /// of up to `particles` particles.
+    pub(crate) fn water_surface(&self, particles: Option<usize>) -> SsfrParams {
         let mut surface = self.surface.clone();
-        if surface.anisotropy.is_on() && surface.filter == FilterChoice::default() {
+        if let Some(particles) = particles {
+            surface.anisotropy = surface.anisotropy.resolved(particles);
+        }
+        if surface.anisotropy.is_on() && !self.is_thinned() && surface.filter == FilterChoice::default() {
             // Nearer to a reconstructed mesh than spheres with the filter's own in 27 of 30 numbers (benches/RESULTS.md).
             surface
                 .filter
@@ -274,14 +283,15 @@ impl Settings {
     /// All parameters as `(key, value)`, those of the chosen filter and lighting model with their defaults.
     pub fn describe(&self, registry: &Registry) -> Vec<(String, String)> {
         let mut lines = Vec::new();
-        flatten("", &self.effective(registry), &mut lines);
+        flatten("", &self.effective(registry, None), &mut lines);
         lines
     }
 
-    /// All parameters as a tree of JSON, as they are used for the water, those of the chosen filter and lighting model with their
-    /// defaults.
-    pub fn effective(&self, registry: &Registry) -> Value {
-        let in_use = Self { surface: self.water_surface(), ..self.clone() };
+    /// All parameters as a tree of JSON, as they are used for the water of `world`, if it is known; those of the chosen filter and
+    /// lighting model with their defaults.
+    pub fn effective(&self, registry: &Registry, world: Option<&World>) -> Value {
+        let surface = self.water_surface(world.map(World::water_particles));
+        let in_use = Self { surface, ..self.clone() };
         let mut tree = serde_json::to_value(in_use).unwrap_or_default();
         let defaults = [
             registry.filter_defaults(&self.surface.filter.name),
@@ -420,6 +430,13 @@ mod tests {
         };
         let mut settings = Settings::default();
         assert_eq!(listed(&settings, "filter.sigma"), "1");
+        let of_few =
+            |settings: &Settings| settings.water_surface(Some(1)).filter.parameters.contains_key("sigma");
+        assert!(of_few(&settings));
+        settings.set("lod.threshold", "0.3").unwrap();
+        assert!(!of_few(&settings), "ellipsoids that stand for others");
+        settings.lod.mode = Mode::ErrorBound;
+        assert!(of_few(&settings));
         settings.set("anisotropy.form", "yu-turk").unwrap();
         assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["0.6", "1"]);
         settings.set("filter.sigma", "2").unwrap();

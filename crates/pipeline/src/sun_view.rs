@@ -161,7 +161,7 @@ impl SunView {
         settings: &Settings,
     ) -> Result<(), PipelineError> {
         self.sets.resize_with(frame.sets.len(), SunSet::default);
-        let viewpoint = viewpoint(world, &self.camera, self.uniform.size_px, &settings.water_surface());
+        let viewpoint = viewpoint(world, &self.camera, self.uniform.size_px, &settings.surface);
         for ((seen, on_gpu), set) in self.sets.iter_mut().zip(sets).zip(&frame.sets) {
             seen.gpu.share(gpu, on_gpu)?;
             seen.selector.update(&set.chunked, &viewpoint, &settings.lod)?;
@@ -271,7 +271,7 @@ impl WaterView {
         let sigma = serde_json::Map::from_iter([("sigma".to_owned(), WAVES_SIGMA.into())]);
         let filter = FilterChoice { name: NarrowRange::NAME.to_owned(), parameters: sigma };
         let anisotropy = AnisotropyParams::default();
-        let params = SsfrParams { filter, anisotropy, ..settings.water_surface() };
+        let params = SsfrParams { filter, anisotropy, ..settings.surface.clone() };
         let strength = settings.scene.caustics;
         let is_focused = strength > 0.0;
         let focus = || -> Result<Focus, PipelineError> {

@@ -4,6 +4,7 @@ use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, Serie
 use meniscus_lod::FoamOptions;
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
+use meniscus_ssfr::AnisotropyParams;
 
 use crate::colors::{sample, uncolored, without_values};
 use crate::measure::{column_depth, outline, robust_bounds};
@@ -21,6 +22,8 @@ pub struct World {
     color: Option<ColorScale>,
     color_choices: Vec<Choice>,
     foam: Option<(FoamOptions, Choice)>,
+    water_particles: usize,
+    form: Option<Choice>,
 }
 
 impl World {
@@ -106,7 +109,21 @@ impl World {
         let walls = foam::walls(&measured.iter().map(|m| m.bounds).collect::<Vec<_>>(), spacing);
         let speeds = measured.iter().flat_map(|m| m.speeds.iter().copied()).collect();
         let foam = settings.foam.options(speeds, walls, &space, scale);
-        Ok(Self { space, bounds, outline, scene, scale, request, color, color_choices, foam })
+        let water_particles = measured.iter().map(|m| m.water_particles).max().unwrap_or(0);
+        let form = form_choice(&settings.surface.anisotropy, water_particles);
+        Ok(Self {
+            space,
+            bounds,
+            outline,
+            scene,
+            scale,
+            request,
+            color,
+            color_choices,
+            foam,
+            water_particles,
+            form,
+        })
     }
 
     /// Origin, spacing, radius, up axis.
@@ -150,6 +167,11 @@ impl World {
         self.foam.as_ref().map(|(options, _)| options)
     }
 
+    /// Most particles of water in the first, middle and last frame.
+    pub fn water_particles(&self) -> usize {
+        self.water_particles
+    }
+
     /// Nearest distance that is drawn: a thousandth of the data's diagonal.
     pub fn near_distance(&self) -> f32 {
         (self.bounds.extent().length() * 1e-3).max(f32::MIN_POSITIVE)
@@ -164,7 +186,8 @@ impl World {
             flag: "--param lighting.attenuation_scale=FACTOR".into(),
         };
         let foam = self.foam.as_ref().map(|(_, choice)| choice.clone());
-        std::iter::once(absorption).chain(self.color_choices.iter().cloned()).chain(foam).collect()
+        let colors = self.color_choices.iter().cloned();
+        std::iter::once(absorption).chain(self.form.clone()).chain(colors).chain(foam).collect()
     }
 }
 
@@ -175,9 +198,26 @@ fn request(settings: &Settings) -> Result<FrameRequest, PipelineError> {
     Ok(request)
 }
 
+/// What is said of the form of particles of water, if it is chosen automatically and there are any.
+fn form_choice(anisotropy: &AnisotropyParams, particles: usize) -> Option<Choice> {
+    let limit = AnisotropyParams::AUTO_PARTICLES;
+    let (value, reason, other) = if anisotropy.resolved(particles).is_on() {
+        ("ellipsoids", format!("of up to {limit} of them spheres would show as bumps"), "none")
+    } else {
+        ("spheres", format!("shapes of more than {limit} of them take long to find"), "yu-turk")
+    };
+    (anisotropy.form.is_none() && particles > 0).then(|| Choice {
+        what: "particles".into(),
+        value: format!("drawn as {value}"),
+        reason,
+        flag: format!("--param anisotropy.form={other}"),
+    })
+}
+
 struct Measured {
     bounds: Aabb,
     outline: Vec<Vec3>,
+    water_particles: usize,
     /// Median depth of water columns, `None` without water.
     depth: Option<f32>,
     /// What the sets are coloured by, of particles spread over the frame.
@@ -194,13 +234,12 @@ impl Measured {
         let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
         let outline = drawn().flat_map(|set| outline(&set.particles, bounds, space.radius as f32)).collect();
         let spacing = space.spacing as f32;
-        let depth = drawn()
-            .filter(|set| set.look == Look::Water)
-            .map(|set| column_depth(&set.particles, space.up, spacing))
-            .reduce(f32::max);
+        let water = || drawn().filter(|set| set.look == Look::Water);
+        let water_particles = water().map(|set| set.particles.len()).sum();
+        let depth = water().map(|set| column_depth(&set.particles, space.up, spacing)).reduce(f32::max);
         let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
         let plain = quantity.map(|quantity| without_values(frame, quantity).map(str::to_owned).collect());
         let speeds = foam.velocity().map(|velocity| foam::sample(frame, velocity)).unwrap_or_default();
-        Self { bounds, outline, depth, values, plain: plain.unwrap_or_default(), speeds }
+        Self { bounds, outline, water_particles, depth, values, plain: plain.unwrap_or_default(), speeds }
     }
 }

@@ -71,13 +71,13 @@ pub enum Anisotropy {
 }
 
 /// Ellipsoids in place of the spheres that may be seen, each after how its neighbours lie (`main-renderer.md` 5.6). They leave less to
-/// smooth: narrow-range with a sigma of 0.6 in one iteration does, which the pipeline takes where nothing is said of it. Shapes are found anew in every frame of particles, which takes
-/// software drivers longer than a picture.
+/// smooth: narrow-range with a sigma of 0.6 in one iteration does, which the pipeline takes at full detail where nothing is said of it.
+/// Shapes are found anew in every frame of particles, which takes software drivers longer than a picture where there are many.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct AnisotropyParams {
-    /// Which ellipsoids.
-    pub form: Anisotropy,
+    /// Which ellipsoids; `None` for what [`Self::resolved`] says, and spheres to a stage that is not told how many particles there are.
+    pub form: Option<Anisotropy>,
     /// Reach of the neighbourhood in spacings, 1.5 to 4: with 2, a particle in a flat surface has too few neighbours to be flat.
     pub support: f32,
     /// How far ellipsoids are from spheres, 0 (spheres) to 1.
@@ -92,14 +92,7 @@ pub struct AnisotropyParams {
 
 impl Default for AnisotropyParams {
     fn default() -> Self {
-        Self {
-            form: Anisotropy::None,
-            support: 2.5,
-            strength: 1.0,
-            ratio: 4.0,
-            smoothing: 0.9,
-            zju_scale: 1.2,
-        }
+        Self { form: None, support: 2.5, strength: 1.0, ratio: 4.0, smoothing: 0.9, zju_scale: 1.2 }
     }
 }
 
@@ -109,14 +102,29 @@ impl AnisotropyParams {
     /// Farthest that a centre is moved, in spacings.
     pub(crate) const MAX_SHIFT_SPACINGS: f32 = 0.5;
 
+    /// Most particles of a frame that are drawn as ellipsoids unasked. So few are large enough in a picture for bumps of spheres to
+    /// show along outlines; of more, software drivers need longer for the shapes than bumps of a few pixels are worth.
+    pub const AUTO_PARTICLES: usize = 400_000;
+
+    /// With the form, if it is open, decided for frames of up to `particles` particles.
+    pub fn resolved(&self, particles: usize) -> Self {
+        let few = if particles <= Self::AUTO_PARTICLES { Anisotropy::YuTurk } else { Anisotropy::None };
+        Self { form: Some(self.form.unwrap_or(few)), ..*self }
+    }
+
+    /// What particles are drawn as.
+    pub(crate) fn form(&self) -> Anisotropy {
+        self.form.unwrap_or_default()
+    }
+
     /// Whether anything is drawn but spheres.
     pub fn is_on(&self) -> bool {
-        self.form != Anisotropy::None
+        self.form() != Anisotropy::None
     }
 
     /// Most that a half-axis may be of the drawn radius; 1 for spheres.
     pub(crate) fn longest_axis(&self) -> f32 {
-        let longest = match self.form {
+        let longest = match self.form() {
             Anisotropy::None => return 1.0,
             // One axis as long, two as short as may be, of volume 1.
             Anisotropy::YuTurk => self.ratio.powf(2.0 / 3.0),
@@ -195,6 +203,18 @@ mod tests {
         assert_eq!([scale(2, 2.9), scale(2, 3.0), scale(2, 100.0)], [2, 4, 4]);
         assert_eq!([scale(1, 1.4), scale(1, 1.5), scale(4, 100.0)], [1, 2, 4]);
         assert_eq!([scale(2, f32::NAN), scale(2, f32::INFINITY)], [2, 4]);
+    }
+
+    #[test]
+    fn few_particles_are_ellipsoids_unless_something_else_is_asked_for() {
+        let limit = AnisotropyParams::AUTO_PARTICLES;
+        let form =
+            |form, particles| AnisotropyParams { form, ..Default::default() }.resolved(particles).form();
+        assert_eq!([form(None, 0), form(None, limit)], [Anisotropy::YuTurk; 2]);
+        assert_eq!(form(None, limit + 1), Anisotropy::None);
+        for asked in [Anisotropy::None, Anisotropy::YuTurk, Anisotropy::Zju] {
+            assert_eq!([form(Some(asked), 1), form(Some(asked), usize::MAX)], [asked; 2]);
+        }
     }
 
     #[test]

@@ -10,6 +10,9 @@ use crate::{Anisotropy, AnisotropyParams};
 /// Up to so many neighbours a particle is a sphere, from so many on an ellipsoid in full (\[Z\] 2.2).
 pub(crate) const NO_NEIGHBOURS: f64 = 8.0;
 pub(crate) const FULL_NEIGHBOURS: f64 = 30.0;
+/// From so many neighbours on it is moved to their middle in full: as many as a particle in the corner of a block has, which would
+/// stick out as a knob.
+pub(crate) const MOVED_NEIGHBOURS: f64 = 14.0;
 /// Below this variance, a seventh of that in the bulk, neighbours are so close together that the shape goes back to a sphere.
 pub(crate) const LEAST_VARIANCE: f64 = 0.02;
 /// Part of what a particle in a flat surface lost in height that it is moved outward by: with this, the mean height of a flat surface is
@@ -33,7 +36,6 @@ pub(crate) struct ShapeUniform {
     support_world: f32,
     last_cell: [u32; 3],
     form: u32,
-    radius: f32,
     most_shift: f32,
     surface_shift: f32,
     strength: f32,
@@ -43,6 +45,7 @@ pub(crate) struct ShapeUniform {
     longest_axis: f32,
     no_neighbours: f32,
     full_neighbours: f32,
+    moved_neighbours: f32,
     least_variance: f32,
     lift: f32,
 }
@@ -54,7 +57,6 @@ impl HostStruct for ShapeUniform {
         support_world,
         last_cell,
         form,
-        radius,
         most_shift,
         surface_shift,
         strength,
@@ -64,6 +66,7 @@ impl HostStruct for ShapeUniform {
         longest_axis,
         no_neighbours,
         full_neighbours,
+        moved_neighbours,
         least_variance,
         lift,
     });
@@ -85,19 +88,19 @@ impl ShapeUniform {
             origin_world: bounds.min.to_array(),
             support_world,
             last_cell: (cells_of(bounds, support_world) - 1).to_array(),
-            form: u32::from(params.form == Anisotropy::Zju),
-            radius: radius_world / support_world,
+            form: u32::from(params.form() == Anisotropy::Zju),
             most_shift: AnisotropyParams::MAX_SHIFT_SPACINGS / params.support,
             surface_shift: surface_shift(params.support.into()) as f32,
             strength: params.strength,
             ratio: params.ratio,
             smoothing: params.smoothing,
-            axis_scale: params.zju_scale,
+            axis_scale: params.zju_scale * support_world / radius_world,
             longest_axis: AnisotropyParams::MAX_ZJU_AXIS,
             no_neighbours: NO_NEIGHBOURS as f32,
             full_neighbours: FULL_NEIGHBOURS as f32,
+            moved_neighbours: MOVED_NEIGHBOURS as f32,
             least_variance: LEAST_VARIANCE as f32,
-            lift: LIFT as f32,
+            lift: LIFT as f32 * radius_world / support_world,
         }
     }
 

@@ -16,7 +16,7 @@ const FORMS: [Anisotropy; 2] = [Anisotropy::YuTurk, Anisotropy::Zju];
 const RADIUS: f32 = 0.625;
 
 fn of_form(form: Anisotropy) -> AnisotropyParams {
-    AnisotropyParams { form, ..Default::default() }
+    AnisotropyParams { form: Some(form), ..Default::default() }
 }
 
 fn rule(form: Anisotropy) -> ShapeRule {
@@ -139,6 +139,22 @@ fn a_flat_surface_gets_flat_and_does_not_sink() {
     // its parameters.
     let height = mean_height(&shapes, DVec3::new(0.0, 0.0, -0.5));
     assert!(height.abs() < 0.05, "{height}");
+}
+
+/// The corner of a block does not stick out of its faces.
+#[test]
+fn corners_are_no_knobs() {
+    let body = lattice::cuboid([0.0; 3], [9, 9, 9], 1.0, 0.0, 0).positions;
+    let shapes = twin::shapes(&packed(&body), &rule(Anisotropy::YuTurk));
+    let corner = body.iter().position(|p| Vec3::from(*p).distance(Vec3::splat(0.5)) < 1e-3).unwrap();
+    let reach = |shape: &HostShape| {
+        let rows = [0, 1, 2].map(|i| shape.axes.row(i).length() * f64::from(RADIUS));
+        [0, 1, 2].map(|i| shape.center_world[i] - rows[i])
+    };
+    // Half-way along an edge.
+    let edge = body.iter().position(|p| Vec3::from(*p).distance(Vec3::new(0.5, 0.5, 4.5)) < 1e-3).unwrap();
+    let (corner, edge) = (reach(&shapes[corner]), reach(&shapes[edge]));
+    assert!(corner.iter().all(|&x| x > edge[0]), "{corner:?} {edge:?}");
 }
 
 #[test]

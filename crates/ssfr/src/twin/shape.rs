@@ -3,7 +3,7 @@ use std::collections::HashMap;
 use glam::{DMat3, DVec3, IVec3, Vec3};
 use meniscus_gpu::role::PackedParticle;
 
-use crate::shape::{FULL_NEIGHBOURS, LEAST_VARIANCE, LIFT, NO_NEIGHBOURS, surface_shift};
+use crate::shape::{FULL_NEIGHBOURS, LEAST_VARIANCE, LIFT, MOVED_NEIGHBOURS, NO_NEIGHBOURS, surface_shift};
 use crate::{Anisotropy, AnisotropyParams};
 
 /// What a particle is drawn as: the ellipsoid `center + radius * axes * u`, |u| <= 1.
@@ -105,11 +105,11 @@ impl Moments {
 
         // The mean weight over the support is 1/2; counted so, no neighbour enters or leaves with a step.
         let neighbours = 2.0 * (self.weight - 1.0);
-        let share = ((neighbours - NO_NEIGHBOURS) / (FULL_NEIGHBOURS - NO_NEIGHBOURS)).clamp(0.0, 1.0);
+        let enough = |full: f64| ((neighbours - NO_NEIGHBOURS) / (full - NO_NEIGHBOURS)).clamp(0.0, 1.0);
         let largest = variances.max_element();
         // Where all are in one place, there is no shape to be found.
         let spread = (largest / LEAST_VARIANCE).min(1.0);
-        let blend = f64::from(params.strength) * share * spread;
+        let blend = f64::from(params.strength) * enough(FULL_NEIGHBOURS) * spread;
         let lengths = half_axes(variances, rule);
         let lengths = DVec3::ONE + (lengths - 1.0) * blend;
         let axes = vectors * DMat3::from_diagonal(lengths) * vectors.transpose();
@@ -120,7 +120,7 @@ impl Moments {
         let outward = if away > 1e-6 { -mean / away } else { DVec3::ZERO };
         let t = (away / usual).min(1.0);
         let one_sided = t * t * (3.0 - 2.0 * t);
-        let inwards = f64::from(params.smoothing) * share * (away - usual * one_sided);
+        let inwards = f64::from(params.smoothing) * enough(MOVED_NEIGHBOURS) * (away - usual * one_sided);
         let height = (axes * outward).length();
         let lift = LIFT * one_sided * (1.0 - height).max(0.0) * rule.radius_world / rule.support_world();
         let shift = outward * (lift - inwards) * rule.support_world();
@@ -134,7 +134,7 @@ fn half_axes(variances: DVec3, rule: &ShapeRule) -> DVec3 {
     let params = &rule.params;
     let largest = variances.max_element().max(0.01 * LEAST_VARIANCE);
     let limited = variances.max(DVec3::splat(largest / f64::from(params.ratio)));
-    match params.form {
+    match params.form() {
         Anisotropy::None => DVec3::ONE,
         Anisotropy::YuTurk => limited / (limited.x * limited.y * limited.z).cbrt(),
         Anisotropy::Zju => {
@@ -212,7 +212,7 @@ mod tests {
     fn axes_have_the_ratio_of_their_form() {
         let variances = DVec3::new(0.15, 0.15, 0.0467);
         for (form, ratio) in [(Anisotropy::YuTurk, 3.2), (Anisotropy::Zju, 1.8)] {
-            let params = AnisotropyParams { form, ..Default::default() };
+            let params = AnisotropyParams { form: Some(form), ..Default::default() };
             let axes = half_axes(variances, &ShapeRule { params, spacing_world: 1.0, radius_world: 0.625 });
             assert!((axes.x / axes.z - ratio).abs() < 0.02, "{form:?} {axes}");
             if form == Anisotropy::YuTurk {
