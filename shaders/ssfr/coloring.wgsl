@@ -1,8 +1,9 @@
 // Places on a colour scale near the visible surface: per pixel the sums of weights and of weighted places, both in fixed point, so
-// that the order of the particles does not matter.
+// that the order of the particles does not matter. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels}
+#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
 #import meniscus::surface::is_empty
 
 struct ColorScale {
@@ -37,16 +38,17 @@ fn place(value: f32) -> f32 {
     return clamp((x - scale.offset) * scale.factor, 0.0, 1.0);
 }
 
-fn draw(grid: Grid, splat: Splat, at: f32) {
+fn draw(grid: Grid, splat: Splat, at: f32, origin: Strip, lane: u32) {
     // Near the eye the wider sphere might reach behind it.
     let reach = min(REACH_RADII * splat.radius, splat.center.z - camera.near_world);
     let wide = Splat(splat.center, max(reach, splat.radius), splat.volume);
     let box = surface_pixels(grid, wide);
+    let part = part_of(origin, box.first, box.last, lane);
     let falloff = 1.0 / (wide.radius * wide.radius);
     let depth_falloff = 1.0 / (DEPTH_RADII * splat.radius);
     let lift = mix(1.0, splat.center.z, grid.perspective);
-    for (var y = box.first.y; y <= box.last.y; y++) {
-        for (var x = box.first.x; x <= box.last.x; x++) {
+    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
+        for (var x = part.first.x; x <= part.last.x; x += part.step.x) {
             let pixel = u32(y * (grid.last_px.x + 1) + x);
             let distance = textureLoad(front, vec2(x, y), 0).x;
             if is_empty(distance) {
@@ -66,18 +68,31 @@ fn draw(grid: Grid, splat: Splat, at: f32) {
     }
 }
 
+fn draw_particle(grid: Grid, origin: Strip, lane: u32) {
+    let value = values[origin.particle];
+    let splat = splat_of(camera, splats, particles[origin.particle], origin.keep);
+    if value < NO_VALUE && is_drawn(camera, splat) {
+        draw(grid, splat, place(value), origin, lane);
+    }
+}
+
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
     let share = share_of(group, groups);
+#ifdef STRIPS
+    for (var index = share.first; index < strip_count(); index += share.step) {
+        let strip = strips.strips[index];
+        if strip.first_row != NO_ROW {
+            draw_particle(grid, strip, lane);
+        }
+    }
+#else
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
-            let value = values[range.first + i];
-            let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
-            if value < NO_VALUE && is_drawn(camera, splat) {
-                draw(grid, splat, place(value));
-            }
+            draw_particle(grid, Strip(range.first + i, range.keep, 0u, 0), lane);
         }
     }
+#endif
 }

@@ -1,9 +1,10 @@
 // Nearest splat per pixel: u32 atomicMin on the bits of the distance, which order like the positive floats they are; the last
 // bits may be those of the radius' grade. TESTED: of ranges that are drawn after others, so that most of their spheres are hidden.
-// SHAPED: of ranges some of which are ellipsoids.
+// SHAPED: of ranges some of which are ellipsoids. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, area, grade_of, graded}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, grade_of, graded}
+#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
 #import meniscus::tally::count
 #ifdef SHAPED
 #import meniscus::ellipsoid::{Ellipsoid, bounding_sphere, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
@@ -52,7 +53,7 @@ fn is_sphere_hidden(grid: Grid, sphere: Splat) -> bool {
 const LANES: u32 = 64u;
 
 // Gives the number of pixels looked at.
-fn draw(grid: Grid, splat: Splat) -> u32 {
+fn draw(grid: Grid, splat: Splat, origin: Strip, lane: u32) -> u32 {
     let box = surface_pixels(grid, splat);
     if any(box.last < box.first) {
         return 0u;
@@ -62,30 +63,33 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
         return 0u;
     }
 #endif
+    let part = part_of(origin, box.first, box.last, lane);
     // Chord of each pixel as in `chord_at`, with what is constant along a row or a splat taken out of the loops.
     let d = splat.center.z;
     let lift = mix(1.0, d, grid.perspective);
-    let plane_first = grid.first + vec2<f32>(box.first) * grid.step;
+    let plane_first = grid.first + vec2<f32>(part.first) * grid.step;
+    let plane_step = grid.step * vec2<f32>(part.step);
     let o_first = plane_first * lift - splat.center.xy;
-    let o_step = grid.step * lift;
+    let o_step = plane_step * lift;
     let s_first = plane_first * grid.perspective;
-    let s_step = grid.step * grid.perspective;
+    let s_step = plane_step * grid.perspective;
     let radius_squared = splat.radius * splat.radius;
     let floor_squared = select(-1.0, 0.0, box.is_point);
     let front = d - splat.radius;
     let front_bits = bitcast<u32>(front);
     let grade = grade_of(splats, splat.radius);
-    let columns = box.last.x - box.first.x;
-    var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
+    let columns = part.last.x - part.first.x;
+    let row_step = u32(part.step.y * (grid.last_px.x + 1));
+    var row = u32(part.first.y) * u32(grid.last_px.x + 1) + u32(part.first.x);
     var o_y = o_first.y;
     var s_y = s_first.y;
-    for (var y = box.first.y; y <= box.last.y; y++) {
+    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
         let inside = radius_squared - o_y * o_y;
         let k_y = o_y * s_y;
         let a_y = 1.0 + s_y * s_y;
         var o_x = o_first.x;
         var s_x = s_first.x;
-        for (var x = 0; x <= columns; x++) {
+        for (var x = 0; x <= columns; x += part.step.x) {
             let pixel = row + u32(x);
             let stored = atomicLoad(&nearest[pixel]);
             // The sphere's nearest point is behind what is there: nothing to win.
@@ -101,16 +105,16 @@ fn draw(grid: Grid, splat: Splat) -> u32 {
             o_x += o_step.x;
             s_x += s_step.x;
         }
-        row += u32(grid.last_px.x + 1);
+        row += row_step;
         o_y += o_step.y;
         s_y += s_step.y;
     }
-    return area(box.first, box.last);
+    return part.visited;
 }
 
 #ifdef SHAPED
 // As `draw`.
-fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) -> u32 {
+fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid, origin: Strip, lane: u32) -> u32 {
     let box = ellipsoid_pixels(grid, ellipsoid);
     if any(box.last < box.first) {
         return 0u;
@@ -121,25 +125,28 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) -> u32 {
         return 0u;
     }
 #endif
+    let part = part_of(origin, box.first, box.last, lane);
     // Both vectors of `hit_at` are linear in the pixel.
     let d = ellipsoid.splat.center.z;
     let lift = mix(1.0, d, grid.perspective);
-    let plane_first = grid.first + vec2<f32>(box.first) * grid.step;
+    let plane_first = grid.first + vec2<f32>(part.first) * grid.step;
+    let plane_step = grid.step * vec2<f32>(part.step);
     let o_first = plane_first * lift - ellipsoid.splat.center.xy;
     let s_first = plane_first * grid.perspective;
-    let along_x = ellipsoid.to_sphere[0] * grid.step.x;
-    let along_y = ellipsoid.to_sphere[1] * grid.step.y;
+    let along_x = ellipsoid.to_sphere[0] * plane_step.x;
+    let along_y = ellipsoid.to_sphere[1] * plane_step.y;
     let floor_squared = select(-1.0, 0.0, box.is_point);
     let front_bits = bitcast<u32>(front);
     let grade = grade_of(splats, ellipsoid.splat.radius);
-    var row = u32(box.first.y) * u32(grid.last_px.x + 1) + u32(box.first.x);
+    let row_step = u32(part.step.y * (grid.last_px.x + 1));
+    var row = u32(part.first.y) * u32(grid.last_px.x + 1) + u32(part.first.x);
     var o_row = ellipsoid.to_sphere * vec3(o_first, 0.0);
     var s_row = ellipsoid.to_sphere * vec3(s_first, 1.0);
-    let columns = box.last.x - box.first.x;
-    for (var y = box.first.y; y <= box.last.y; y++) {
+    let columns = part.last.x - part.first.x;
+    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
         var o = o_row;
         var s = s_row;
-        for (var x = 0; x <= columns; x++) {
+        for (var x = 0; x <= columns; x += part.step.x) {
             let pixel = row + u32(x);
             let stored = atomicLoad(&nearest[pixel]);
             if stored > front_bits {
@@ -153,43 +160,58 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) -> u32 {
             o += along_x * lift;
             s += along_x * grid.perspective;
         }
-        row += u32(grid.last_px.x + 1);
+        row += row_step;
         o_row += along_y * lift;
         s_row += along_y * grid.perspective;
     }
-    return area(box.first, box.last);
+    return part.visited;
 }
 #endif
+
+fn draw_particle(grid: Grid, origin: Strip, lane: u32) -> u32 {
+    let particle = particles[origin.particle];
+#ifdef SHAPED
+    if origin.shape > 0u {
+#ifdef TESTED
+        // Most are hidden, which is found sooner without their shapes.
+        if is_sphere_hidden(grid, bounding_sphere(camera, splats, particle, origin.keep)) {
+            return 0u;
+        }
+#endif
+        let ellipsoid = ellipsoid_of(camera, splats, particle, origin.keep, shapes[origin.shape - 1u]);
+        if is_ellipsoid_drawn(camera, ellipsoid) {
+            return draw_ellipsoid(grid, ellipsoid, origin, lane);
+        }
+        return 0u;
+    }
+#endif
+    let splat = splat_of(camera, splats, particle, origin.keep);
+    if is_drawn(camera, splat) {
+        return draw(grid, splat, origin, lane);
+    }
+    return 0u;
+}
 
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
     let share = share_of(group, groups);
     var visited = 0u;
+#ifdef STRIPS
+    for (var index = share.first; index < strip_count(); index += share.step) {
+        let strip = strips.strips[index];
+        if strip.first_row != NO_ROW {
+            visited += draw_particle(grid, strip, lane);
+        }
+    }
+#else
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
-#ifdef SHAPED
-            if range.shape > 0u {
-#ifdef TESTED
-                // Most are hidden, which is found sooner without their shapes.
-                if is_sphere_hidden(grid, bounding_sphere(camera, splats, particles[range.first + i], range.keep)) {
-                    continue;
-                }
-#endif
-                let shape = shapes[range.shape - 1u + i];
-                let ellipsoid = ellipsoid_of(camera, splats, particles[range.first + i], range.keep, shape);
-                if is_ellipsoid_drawn(camera, ellipsoid) {
-                    visited += draw_ellipsoid(grid, ellipsoid);
-                }
-                continue;
-            }
-#endif
-            let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
-            if is_drawn(camera, splat) {
-                visited += draw(grid, splat);
-            }
+            let shape = select(0u, range.shape + i, range.shape > 0u);
+            visited += draw_particle(grid, Strip(range.first + i, range.keep, shape, 0), lane);
         }
     }
+#endif
     count(visited);
 }

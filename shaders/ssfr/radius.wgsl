@@ -1,8 +1,9 @@
 // Drawn radius of the splat that is visible in a pixel, of an ellipsoid that of the sphere in its place; the largest where several
-// are equally near. SHAPED: of ranges some of which are ellipsoids.
+// are equally near. SHAPED: of ranges some of which are ellipsoids. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, KeptRange}
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, chord_at}
+#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
 #ifdef SHAPED
 #import meniscus::ellipsoid::{Ellipsoid, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
 #endif
@@ -22,12 +23,13 @@ const LANES: u32 = 64u;
 // by which two shaders may differ in the same formula, far below anything that can be seen.
 const TOLERANCE: f32 = 1e-3;
 
-fn draw(grid: Grid, splat: Splat) {
+fn draw(grid: Grid, splat: Splat, origin: Strip, lane: u32) {
     let box = surface_pixels(grid, splat);
+    let part = part_of(origin, box.first, box.last, lane);
     let front = splat.center.z - splat.radius;
     let slack = TOLERANCE * splat.radius + 4e-7 * splat.center.z;
-    for (var y = box.first.y; y <= box.last.y; y++) {
-        for (var x = box.first.x; x <= box.last.x; x++) {
+    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
+        for (var x = part.first.x; x <= part.last.x; x += part.step.x) {
             let pixel = u32(y * (grid.last_px.x + 1) + x);
             if nearest[pixel] + slack >= front {
                 let chord = chord_at(grid, splat, grid.first + vec2(f32(x), f32(y)) * grid.step);
@@ -44,14 +46,15 @@ fn draw(grid: Grid, splat: Splat) {
 
 #ifdef SHAPED
 // As `draw`.
-fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) {
+fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid, origin: Strip, lane: u32) {
     let box = ellipsoid_pixels(grid, ellipsoid);
+    let part = part_of(origin, box.first, box.last, lane);
     let center = ellipsoid.splat.center;
     let front = front_of(ellipsoid);
     let slack = TOLERANCE * ellipsoid.splat.radius + 4e-7 * center.z;
     let lift = mix(1.0, center.z, grid.perspective);
-    for (var y = box.first.y; y <= box.last.y; y++) {
-        for (var x = box.first.x; x <= box.last.x; x++) {
+    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
+        for (var x = part.first.x; x <= part.last.x; x += part.step.x) {
             let pixel = u32(y * (grid.last_px.x + 1) + x);
             let plane = grid.first + vec2(f32(x), f32(y)) * grid.step;
             let o = ellipsoid.to_sphere * vec3(plane * lift - center.xy, 0.0);
@@ -66,27 +69,41 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid) {
 }
 #endif
 
+fn draw_particle(grid: Grid, origin: Strip, lane: u32) {
+    let particle = particles[origin.particle];
+#ifdef SHAPED
+    if origin.shape > 0u {
+        let ellipsoid = ellipsoid_of(camera, splats, particle, origin.keep, shapes[origin.shape - 1u]);
+        if is_ellipsoid_drawn(camera, ellipsoid) {
+            draw_ellipsoid(grid, ellipsoid, origin, lane);
+        }
+        return;
+    }
+#endif
+    let splat = splat_of(camera, splats, particle, origin.keep);
+    if is_drawn(camera, splat) {
+        draw(grid, splat, origin, lane);
+    }
+}
+
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
     let share = share_of(group, groups);
+#ifdef STRIPS
+    for (var index = share.first; index < strip_count(); index += share.step) {
+        let strip = strips.strips[index];
+        if strip.first_row != NO_ROW {
+            draw_particle(grid, strip, lane);
+        }
+    }
+#else
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
-#ifdef SHAPED
-            if range.shape > 0u {
-                let shape = shapes[range.shape - 1u + i];
-                let ellipsoid = ellipsoid_of(camera, splats, particles[range.first + i], range.keep, shape);
-                if is_ellipsoid_drawn(camera, ellipsoid) {
-                    draw_ellipsoid(grid, ellipsoid);
-                }
-                continue;
-            }
-#endif
-            let splat = splat_of(camera, splats, particles[range.first + i], range.keep);
-            if is_drawn(camera, splat) {
-                draw(grid, splat);
-            }
+            let shape = select(0u, range.shape + i, range.shape > 0u);
+            draw_particle(grid, Strip(range.first + i, range.keep, shape, 0), lane);
         }
     }
+#endif
 }

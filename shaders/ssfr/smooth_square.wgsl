@@ -33,13 +33,13 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let center = key_at(pixel);
     let d = distance_of(camera, center);
     let room = min(id, camera.size_px - 1u - id);
-    if min(room.x, room.y) < 2u {
-        return Smoothed(center, 0u);
-    }
     let original = textureLoad(front, pixel, 0).xy;
     let r = original.y;
-    let sigma_px = sigmas(camera, smoothing, d, r).square_px;
-    if sigma_px < LEAST_SIGMA_PX {
+    let widths = sigmas(camera, smoothing, d, r);
+    let sigma_px = widths.square_px;
+    // Near the picture's border a smaller one.
+    let gap = min(widths.gap, i32(min(room.x, room.y)) / 2);
+    if gap < 1 || sigma_px < LEAST_SIGMA_PX {
         return Smoothed(center, 0u);
     }
     // Weights at distances whose squares are 1, 2, 4, 5 and 8.
@@ -48,10 +48,10 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let w4 = w2 * w2;
     let w5 = w4 * w1;
     let w8 = w4 * w4;
-    let left = key_at(pixel - vec2(1, 0));
-    let right = key_at(pixel + vec2(1, 0));
-    let above = key_at(pixel - vec2(0, 1));
-    let below = key_at(pixel + vec2(0, 1));
+    let left = key_at(pixel - gap * vec2(1, 0));
+    let right = key_at(pixel + gap * vec2(1, 0));
+    let above = key_at(pixel - gap * vec2(0, 1));
+    let below = key_at(pixel + gap * vec2(0, 1));
 #ifdef GAUSSIAN
     let gx = 0.0;
     let gy = 0.0;
@@ -66,16 +66,16 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     var sum = Pair(0.0, 0.0);
     add(&sum, rule, right, left, gx, w1);
     add(&sum, rule, below, above, gy, w1);
-    add(&sum, rule, key_at(pixel + vec2(1, 1)), key_at(pixel - vec2(1, 1)), gx + gy, w2);
-    add(&sum, rule, key_at(pixel + vec2(1, -1)), key_at(pixel - vec2(1, -1)), gx - gy, w2);
-    add(&sum, rule, key_at(pixel + vec2(2, 0)), key_at(pixel - vec2(2, 0)), 2.0 * gx, w4);
-    add(&sum, rule, key_at(pixel + vec2(0, 2)), key_at(pixel - vec2(0, 2)), 2.0 * gy, w4);
-    add(&sum, rule, key_at(pixel + vec2(2, 1)), key_at(pixel - vec2(2, 1)), 2.0 * gx + gy, w5);
-    add(&sum, rule, key_at(pixel + vec2(2, -1)), key_at(pixel - vec2(2, -1)), 2.0 * gx - gy, w5);
-    add(&sum, rule, key_at(pixel + vec2(1, 2)), key_at(pixel - vec2(1, 2)), gx + 2.0 * gy, w5);
-    add(&sum, rule, key_at(pixel + vec2(1, -2)), key_at(pixel - vec2(1, -2)), gx - 2.0 * gy, w5);
-    add(&sum, rule, key_at(pixel + vec2(2, 2)), key_at(pixel - vec2(2, 2)), 2.0 * (gx + gy), w8);
-    add(&sum, rule, key_at(pixel + vec2(2, -2)), key_at(pixel - vec2(2, -2)), 2.0 * (gx - gy), w8);
+    add(&sum, rule, key_at(pixel + gap * vec2(1, 1)), key_at(pixel - gap * vec2(1, 1)), gx + gy, w2);
+    add(&sum, rule, key_at(pixel + gap * vec2(1, -1)), key_at(pixel - gap * vec2(1, -1)), gx - gy, w2);
+    add(&sum, rule, key_at(pixel + gap * vec2(2, 0)), key_at(pixel - gap * vec2(2, 0)), 2.0 * gx, w4);
+    add(&sum, rule, key_at(pixel + gap * vec2(0, 2)), key_at(pixel - gap * vec2(0, 2)), 2.0 * gy, w4);
+    add(&sum, rule, key_at(pixel + gap * vec2(2, 1)), key_at(pixel - gap * vec2(2, 1)), 2.0 * gx + gy, w5);
+    add(&sum, rule, key_at(pixel + gap * vec2(2, -1)), key_at(pixel - gap * vec2(2, -1)), 2.0 * gx - gy, w5);
+    add(&sum, rule, key_at(pixel + gap * vec2(1, 2)), key_at(pixel - gap * vec2(1, 2)), gx + 2.0 * gy, w5);
+    add(&sum, rule, key_at(pixel + gap * vec2(1, -2)), key_at(pixel - gap * vec2(1, -2)), gx - 2.0 * gy, w5);
+    add(&sum, rule, key_at(pixel + gap * vec2(2, 2)), key_at(pixel - gap * vec2(2, 2)), 2.0 * (gx + gy), w8);
+    add(&sum, rule, key_at(pixel + gap * vec2(2, -2)), key_at(pixel - gap * vec2(2, -2)), 2.0 * (gx - gy), w8);
     return Smoothed(smoothed_key(rule, sum), 24u);
 }
 

@@ -29,8 +29,10 @@ struct Smoothed {
 struct Sigmas {
     // Of one pass along a direction, pixels.
     pass_px: f32,
-    // Of the clean-up in two dimensions, pixels.
+    // Of the clean-up in two dimensions, in its gaps.
     square_px: f32,
+    // Pixels from one of its taps to the next: where the taps along lines are further apart, their pattern has to be evened out.
+    gap: i32,
 }
 
 // Wider than any picture; also keeps taps from running over where a radius is absurd.
@@ -43,11 +45,23 @@ fn sigma_in_px(camera: Camera, sigma_radii: f32, distance: f32, radius: f32) -> 
     return select(0.0, min(px, MOST_SIGMA_PX), px > 0.0 && px < 1e30);
 }
 
+// Pixels from one tap to the next, a power of two, of a kernel that reaches so far.
+fn step_of(reach_px: f32, most: f32) -> f32 {
+    var step = 1.0;
+    while reach_px > most * step {
+        step *= 2.0;
+    }
+    return step;
+}
+
 // The variances of all passes add up to the square of the filter's sigma.
 fn sigmas(camera: Camera, smoothing: Smoothing, distance: f32, radius: f32) -> Sigmas {
     let total_px = sigma_in_px(camera, smoothing.sigma_spacings * smoothing.spacing_per_radius, distance, radius);
     let square_px = min(0.5 * total_px, 1.0);
-    return Sigmas(sqrt((total_px * total_px - square_px * square_px) * smoothing.share), square_px);
+    // As if one pass did it all: they are no wider.
+    let step = step_of(REACH * WIDENED * total_px, MAX_TAPS * max(smoothing.sigma_spacings, 1.0));
+    let gap = max(i32(step) / 4, 1);
+    return Sigmas(sqrt((total_px * total_px - square_px * square_px) * smoothing.share), square_px, gap);
 }
 
 // Kernels are a Gaussian less its value at 2.5 of its standard deviations, where they end: nothing jumps as one more tap fits,
@@ -80,10 +94,7 @@ struct Taps {
 fn taps_of(smoothing: Smoothing, sigma_px: f32, room: i32) -> Taps {
     let most = MAX_TAPS * max(smoothing.sigma_spacings * sqrt(smoothing.share), 1.0);
     let reach_px = min(REACH * sigma_px, f32(room) + 1.0);
-    var step = 1.0;
-    while reach_px > most * step {
-        step *= 2.0;
-    }
+    let step = step_of(reach_px, most);
     let end = reach_px / step;
     // Of a much wider Gaussian the border cuts out a parabola, whatever its width; in single precision its own values near the
     // middle could not be told from 1.

@@ -171,12 +171,6 @@ fn rectangle(grid: Grid, middle: vec2<f32>, half: vec2<f32>, center: vec2<f32>) 
     return Footprint(vec2<i32>(low), vec2<i32>(high), half_px, (center - grid.first) * to_px + 0.5);
 }
 
-// Number of pixels from `first` to `last`.
-fn area(first: vec2<i32>, last: vec2<i32>) -> u32 {
-    let size = vec2<u32>(max(last - first + 1, vec2(0)));
-    return size.x * size.y;
-}
-
 // Pixels that a splat is drawn to: its footprint, or the one pixel that holds its centre.
 struct SurfacePixels {
     first: vec2<i32>,

@@ -1,9 +1,10 @@
 // Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
-// stand for groups of particles.
+// stand for groups of particles. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, StandIn, KeptRange}
 #import meniscus::thickness::{Thickness, SATURATED}
-#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, splat_of_stand_in, is_drawn, footprint, chord_at, area}
+#import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, splat_of_stand_in, is_drawn, footprint, chord_at}
+#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
 #import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -62,14 +63,15 @@ fn correction(grid: Grid, splat: Splat, steps_per_length: f32, first: vec2<i32>,
 #endif
 
 // Gives the number of pixels looked at, as `draw_point`.
-fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>) -> u32 {
+fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>, origin: Strip, lane: u32) -> u32 {
+    let part = part_of(origin, first, last, lane);
     let cube = splat.radius * splat.radius * splat.radius;
     var steps_per_length = splat.volume / (SPHERE_VOLUME * cube) * splats.steps_per_world;
 #ifdef STAND_IN
     steps_per_length *= correction(grid, splat, steps_per_length, first, last);
 #endif
-    for (var y = first.y; y <= last.y; y++) {
-        for (var x = first.x; x <= last.x; x++) {
+    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
+        for (var x = part.first.x; x <= part.last.x; x += part.step.x) {
             let chord = chord_at(grid, splat, grid.first + vec2(f32(x), f32(y)) * grid.step);
             let pixel = u32(y * (grid.last_px.x + 1) + x);
             if chord.half_squared > 0.0 {
@@ -79,7 +81,7 @@ fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>) -> 
             }
         }
     }
-    return area(first, last);
+    return part.visited;
 }
 
 // Uniform in [0, 1): rounds the small addends of far splats up as often as needed for their sum to be right.
@@ -114,31 +116,44 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32
     return visited;
 }
 
+fn draw_particle(grid: Grid, origin: Strip, lane: u32) -> u32 {
+    let particle = particles[origin.particle];
+#ifdef STAND_IN
+    let splat = splat_of_stand_in(camera, splats, particle);
+    let noise = dither(particle.center_world, particle.packed);
+#else
+    let splat = splat_of(camera, splats, particle, origin.keep);
+    let noise = dither(particle.position_world, particle.packed);
+#endif
+    if !is_drawn(camera, splat) {
+        return 0u;
+    }
+    let box = footprint(grid, splat);
+    if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
+        return draw_point(grid, splat, box.center_px, noise);
+    }
+    return draw_profile(grid, splat, box.first, box.last, origin, lane);
+}
+
 @compute @workgroup_size(LANES)
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, thickness.scale);
     let share = share_of(group, groups);
     var visited = 0u;
+#ifdef STRIPS
+    for (var index = share.first; index < strip_count(); index += share.step) {
+        let strip = strips.strips[index];
+        if strip.first_row != NO_ROW {
+            visited += draw_particle(grid, strip, lane);
+        }
+    }
+#else
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
-            let particle = particles[range.first + i];
-#ifdef STAND_IN
-            let splat = splat_of_stand_in(camera, splats, particle);
-            let noise = dither(particle.center_world, particle.packed);
-#else
-            let splat = splat_of(camera, splats, particle, range.keep);
-            let noise = dither(particle.position_world, particle.packed);
-#endif
-            if is_drawn(camera, splat) {
-                let box = footprint(grid, splat);
-                if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
-                    visited += draw_point(grid, splat, box.center_px, noise);
-                } else {
-                    visited += draw_profile(grid, splat, box.first, box.last);
-                }
-            }
+            visited += draw_particle(grid, Strip(range.first + i, range.keep, 0u, 0), lane);
         }
     }
+#endif
     count(visited);
 }

@@ -5,7 +5,7 @@ use meniscus_gpu::{Buffer, Gpu, GpuError, Image, Texture};
 
 use crate::SsfrParams;
 use crate::filter::scratch_len;
-use crate::passes::tile_count;
+use crate::passes::{STRIP_WORDS, tile_count};
 
 /// What the surface stage makes, and the room it needs to make it. Made once per picture size.
 #[derive(Debug)]
@@ -21,6 +21,8 @@ pub struct SurfaceImages {
     /// Bits of the nearest distance and of its sphere's radius while splats are drawn, then room for the filter.
     pub(crate) nearest: Buffer<Scratch>,
     pub(crate) radius: Buffer<Scratch>,
+    /// Large splats, cut into strips; `shaders/ssfr/strips.inc.wgsl`.
+    pub(crate) strips: Buffer<Scratch>,
     pub(crate) steps: [Texture<FilterStep>; 2],
     /// Farthest distance per tile; `shaders/ssfr/farthest.wgsl`.
     pub(crate) farthest: Buffer<Scratch>,
@@ -56,6 +58,7 @@ impl SurfaceImages {
             front: Texture::new(gpu, size)?,
             nearest: Buffer::new(gpu, scratch_len(size))?,
             radius: Buffer::new(gpu, scratch_len(size))?,
+            strips: Buffer::new(gpu, STRIP_WORDS)?,
             steps: [Texture::new(gpu, size)?, Texture::new(gpu, size)?],
             farthest: Buffer::new(gpu, tile_count(size))?,
             covered: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,

@@ -70,6 +70,17 @@ fn every_pixel_of_the_surface_has_the_value_of_its_particles_and_no_other_has_on
 }
 
 #[test]
+fn a_sphere_that_fills_the_picture_is_coloured_all_over() {
+    let gpu = gpu();
+    let scene = Scene::new(parallel(0.0, 2.0), [640, 480], &[[0.0, 0.0, -3.0]], 0.9, 1.0);
+    let (distance, colors) = color(&gpu, &scene, &[0.25], LINEAR);
+    assert!(distance.iter().filter(|d| is_fluid(**d)).count() > 140_000);
+    for (distance, color) in distance.iter().zip(&colors) {
+        assert_eq!(is_fluid(*distance), color[3] > 0.0);
+    }
+}
+
+#[test]
 fn colours_agree_with_their_twin() {
     let gpu = gpu();
     let body = lattice::cuboid([-1.0, -0.7, -4.0], [14, 10, 16], 0.15, 0.3, 1).positions;

@@ -97,6 +97,33 @@ fn depth_and_radius_agree_with_their_twin() {
     }
 }
 
+/// Software drivers end the loops of an invocation after so many pixels, whatever is left of a sphere; GPUs let all wait for it.
+#[test]
+fn spheres_that_fill_the_picture_are_whole() {
+    let gpu = gpu();
+    let size = [640, 480];
+    let positions: Vec<[f32; 3]> =
+        (0..12).map(|i| [0.02 * i as f32, 0.3 - 0.05 * i as f32, -3.0 - 0.1 * (i % 5) as f32]).collect();
+    for camera in [perspective(0.0, 0.9), parallel(0.0, 2.0)] {
+        let mut scene = Scene::new(camera, size, &positions, 0.9, 1.0);
+        for radii in [meniscus_ssfr::Radii::Equal, meniscus_ssfr::Radii::Different] {
+            scene.radii = radii;
+            let frame = scene.render(&gpu, &params("none", 1, 0.0));
+            let expected = twin::depth(&scene.view(), &[scene.host_set()], &scene.scene_distance);
+            assert_same_surface(&frame, &expected, 0.9);
+            let covered = expected.distance.iter().filter(|d| is_fluid(**d)).count();
+            assert!(covered > 100_000, "more than the 65 536 that such drivers draw: {covered}");
+            let profile = params("none", 1, 0.0).thickness.profile_half_px().into();
+            let set = [scene.host_set()];
+            let sum = twin::thickness_sum(&scene.view(), &set, &scene.scene_distance, (1, profile));
+            for (i, (&found, &exact)) in frame.thickness.iter().zip(&sum).enumerate() {
+                // Each of the splats is rounded by at most a step of its volume's length over 1024.
+                assert!((f64::from(found) - f64::from(exact)).abs() < 12.0 / 1024.0, "{i}: {found} {exact}");
+            }
+        }
+    }
+}
+
 /// Where level of detail makes spheres grow, grades in the last bits of the distances take the place of the radius pass.
 #[test]
 fn grades_tell_the_radius_of_the_visible_sphere_and_hardly_change_its_distance() {

@@ -1,12 +1,12 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{AttributeValues, ColorTable, Scratch, SurfaceColor};
 use meniscus_gpu::{
-    Binding, Buffer, ComputePipeline, Dispatch, Gpu, GpuError, HostField, HostStruct, Image, Recorder,
-    Texture, shader,
+    Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, Image,
+    Recorder, Texture, shader,
 };
 
-use super::pages::{List, each_page};
-use super::pipeline;
+use super::pages::{List, PageDrawing, each_page};
+use super::{pipeline, pipeline_with};
 use crate::splats::Common;
 use crate::{AnisotropyParams, SplatSet, SurfaceImages};
 
@@ -44,6 +44,7 @@ pub struct ColoredSet<'a> {
 #[derive(Debug)]
 pub struct Coloring {
     splat: ComputePipeline,
+    strips: ComputePipeline,
     resolve: ComputePipeline,
     table: Buffer<ColorTable>,
     /// Two numbers per pixel: weights and weighted places.
@@ -62,6 +63,7 @@ impl Coloring {
         assert!(!table.is_empty(), "a colour scale without colours");
         Ok(Self {
             splat: pipeline(gpu, shader!("ssfr/coloring"))?,
+            strips: pipeline_with(gpu, shader!("ssfr/coloring"), &[Definition { name: "STRIPS", value: 1 }])?,
             resolve: pipeline(gpu, shader!("ssfr/coloring_resolve"))?,
             table: Buffer::from_slice(gpu, table)?,
             sums: Image::new(gpu, [2 * size[0], size[1]])?,
@@ -98,7 +100,7 @@ impl Coloring {
             let common = Common::of(std::slice::from_ref(set), &AnisotropyParams::default());
             for list in [List::Front, List::Visible] {
                 each_page(recorder, std::slice::from_ref(set), &common, list, |recorder, page| {
-                    let bindings = [
+                    let bindings = vec![
                         ("camera", camera.clone()),
                         ("splats", page.splats),
                         ("scale", scale.clone()),
@@ -108,7 +110,9 @@ impl Coloring {
                         ("front", images.front.bind()),
                         ("sums", self.sums.bind()),
                     ];
-                    recorder.compute(gpu, "ssfr.coloring", &self.splat, &bindings, page.groups);
+                    let drawing =
+                        PageDrawing { whole: &self.splat, strips: &self.strips, list: &images.strips };
+                    drawing.record(recorder, gpu, "ssfr.coloring", bindings, None, page.groups);
                 });
             }
         }

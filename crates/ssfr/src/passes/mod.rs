@@ -15,6 +15,7 @@ pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
 pub use foam::{FoamSplats, FoamUniform};
 pub(crate) use normal::NormalPass;
 pub(crate) use occlusion::tile_count;
+pub(crate) use pages::STRIP_WORDS;
 pub use shape::{ShapePage, ShapePasses, ShapeWork};
 pub(crate) use surface::SurfacePasses;
 pub(crate) use thickness::ThicknessPasses;
@@ -22,6 +23,7 @@ pub(crate) use thickness::ThicknessPasses;
 /// What the passes of this stage import besides the common includes.
 pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/splat"),
+    shader!(include "ssfr/strips"),
     shader!(include "ssfr/shape"),
     shader!(include "ssfr/ellipsoid"),
     shader!(include "ssfr/thickness"),

@@ -1,5 +1,6 @@
 //! How the splat passes go over the pages of all sets.
 
+use meniscus_gpu::role::Scratch;
 use meniscus_gpu::{Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader};
 
 use super::counted_pipeline;
@@ -29,6 +30,40 @@ impl SplatPipelines {
 
     pub(super) fn of(&self, is_uniform: bool) -> &ComputePipeline {
         if is_uniform { &self.uniform } else { &self.general }
+    }
+}
+
+/// Words of the list of strips: its length, and 131 072 strips of four, which is room for half a billion pixels. Splats that find none
+/// are drawn as small ones are.
+pub(crate) const STRIP_WORDS: usize = 4 * (1 + (1 << 17));
+
+/// Workgroups that share the strips out: enough to fill a GPU, and soon done where there are none.
+const STRIP_SHARES: u64 = 1024;
+
+/// What draws the splats of a page: `whole` those that an invocation draws alone, `strips` the rest (`shaders/ssfr/strips.inc.wgsl`).
+pub(super) struct PageDrawing<'a> {
+    pub(super) whole: &'a ComputePipeline,
+    pub(super) strips: &'a ComputePipeline,
+    /// The list of strips.
+    pub(super) list: &'a Buffer<Scratch>,
+}
+
+impl PageDrawing<'_> {
+    /// Records both over `groups`, with the `bindings` of both and those that only `whole` has.
+    pub(super) fn record(
+        &self,
+        recorder: &mut Recorder,
+        gpu: &Gpu,
+        name: &str,
+        mut bindings: Vec<(&'static str, Binding)>,
+        of_whole: Option<(&'static str, Binding)>,
+        groups: Dispatch,
+    ) {
+        recorder.clear(gpu, name, self.list, 4);
+        bindings.push(("strips", self.list.bind()));
+        let whole: Vec<_> = bindings.iter().cloned().chain(of_whole).collect();
+        recorder.compute(gpu, name, self.whole, &whole, groups);
+        recorder.compute(gpu, name, self.strips, &bindings, Dispatch::Groups(STRIP_SHARES));
     }
 }
 

@@ -6,8 +6,8 @@ use meniscus_gpu::{
 };
 
 use super::occlusion::OcclusionPasses;
-use super::pages::{List, PageBindings, SplatPipelines, each_page};
-use super::{pipeline, pipeline_with};
+use super::pages::{List, PageBindings, PageDrawing, SplatPipelines, each_page};
+use super::{counted_pipeline, pipeline, pipeline_with};
 use crate::splats::{Common, VisibleRadius};
 use crate::{AnisotropyParams, SplatSet, SurfaceImages};
 
@@ -42,16 +42,21 @@ pub(crate) struct SurfacePasses {
 struct SplatPasses {
     depth: SplatPipelines,
     tested_depth: SplatPipelines,
+    depth_strips: ComputePipeline,
     radius: ComputePipeline,
+    radius_strips: ComputePipeline,
 }
 
 impl SplatPasses {
     fn new(gpu: &Gpu, definitions: &[Definition]) -> Result<Self, GpuError> {
-        let tested = [definitions, &[Definition { name: "TESTED", value: 1 }]].concat();
+        let with = |name| [definitions, &[Definition { name, value: 1 }]].concat();
+        let (tested, strips) = (with("TESTED"), with("STRIPS"));
         Ok(Self {
             depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), definitions, COUNTER)?,
             tested_depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), &tested, COUNTER)?,
+            depth_strips: counted_pipeline(gpu, shader!("ssfr/depth"), &strips, COUNTER)?,
             radius: pipeline_with(gpu, shader!("ssfr/radius"), definitions)?,
+            radius_strips: pipeline_with(gpu, shader!("ssfr/radius"), &strips)?,
         })
     }
 }
@@ -123,16 +128,19 @@ impl SurfacePasses {
             let (passes, shapes) = self.of(&page);
             let mut bindings = bindings(&page);
             bindings.extend(shapes);
-            recorder.compute(gpu, "ssfr.depth", passes.depth.of(page.is_uniform), &bindings, page.groups);
+            let whole = passes.depth.of(page.is_uniform);
+            let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
+            drawing.record(recorder, gpu, "ssfr.depth", bindings, None, page.groups);
         });
         self.occlusion.record(recorder, gpu, sets, images);
         each_page(recorder, sets, common, List::Visible, |recorder, page| {
             let mut bindings = bindings(&page);
             let (passes, shapes) = self.of(&page);
-            bindings.push(("farthest", images.farthest.bind()));
             bindings.extend(shapes);
-            let pipeline = passes.tested_depth.of(page.is_uniform);
-            recorder.compute(gpu, "ssfr.depth", pipeline, &bindings, page.groups);
+            let farthest = Some(("farthest", images.farthest.bind()));
+            let whole = passes.tested_depth.of(page.is_uniform);
+            let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
+            drawing.record(recorder, gpu, "ssfr.depth", bindings, farthest, page.groups);
         });
         if common.visible_radius == VisibleRadius::Found {
             let pixels = size[0] as usize * size[1] as usize;
@@ -143,7 +151,9 @@ impl SurfacePasses {
                     let (passes, shapes) = self.of(&page);
                     bindings.push(("radius", images.radius.bind()));
                     bindings.extend(shapes);
-                    recorder.compute(gpu, "ssfr.radius", &passes.radius, &bindings, page.groups);
+                    let (whole, strips) = (&passes.radius, &passes.radius_strips);
+                    let drawing = PageDrawing { whole, strips, list: &images.strips };
+                    drawing.record(recorder, gpu, "ssfr.radius", bindings, None, page.groups);
                 });
             }
         }

@@ -5,7 +5,7 @@ use meniscus_gpu::{
     covered, shader,
 };
 
-use super::pages::{List, SplatPipelines, each_page};
+use super::pages::{List, PageDrawing, SplatPipelines, each_page};
 use super::{counted_pipeline, pipeline, pipeline_with};
 use crate::splats::Common;
 use crate::{SplatSet, SsfrParams, SurfaceImages};
@@ -47,7 +47,9 @@ const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 pub(crate) struct ThicknessPasses {
     prepare: ComputePipeline,
     thickness: SplatPipelines,
+    thickness_strips: ComputePipeline,
     stand_ins: ComputePipeline,
+    stand_in_strips: ComputePipeline,
     resolve: ComputePipeline,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
@@ -58,10 +60,14 @@ impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let columns = Definition { name: "COLUMNS", value: 1 };
         let stand_in = Definition { name: "STAND_IN", value: 1 };
+        let strips = Definition { name: "STRIPS", value: 1 };
+        let splats = |definitions| counted_pipeline(gpu, shader!("ssfr/thickness"), definitions, COUNTER);
         Ok(Self {
             prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
             thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[], COUNTER)?,
-            stand_ins: counted_pipeline(gpu, shader!("ssfr/thickness"), &[stand_in], COUNTER)?,
+            thickness_strips: splats(&[strips])?,
+            stand_ins: splats(&[stand_in])?,
+            stand_in_strips: splats(&[stand_in, strips])?,
             resolve: pipeline(gpu, shader!("ssfr/thickness_resolve"))?,
             smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
             smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[columns])?,
@@ -112,7 +118,7 @@ impl ThicknessPasses {
         let of_stand_ins = recorder.uniform(&of_stand_ins);
         for (list, parameters) in [(List::Mass, &thickness), (List::StandIns, &of_stand_ins)] {
             each_page(recorder, sets, common, list, |recorder, page| {
-                let bindings = [
+                let bindings = vec![
                     ("camera", camera.clone()),
                     ("splats", page.splats),
                     ("thickness", parameters.clone()),
@@ -121,11 +127,12 @@ impl ThicknessPasses {
                     ("limit", reduced.limit.bind()),
                     ("sum", reduced.sum.bind()),
                 ];
-                let pipeline = match list {
-                    List::StandIns => &self.stand_ins,
-                    _ => self.thickness.of(page.is_uniform),
+                let (whole, strips) = match list {
+                    List::StandIns => (&self.stand_ins, &self.stand_in_strips),
+                    _ => (self.thickness.of(page.is_uniform), &self.thickness_strips),
                 };
-                recorder.compute(gpu, "ssfr.thickness", pipeline, &bindings, page.groups);
+                let drawing = PageDrawing { whole, strips, list: &images.strips };
+                drawing.record(recorder, gpu, "ssfr.thickness", bindings, None, page.groups);
             });
         }
         recorder.compute(

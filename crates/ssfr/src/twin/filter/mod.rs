@@ -23,13 +23,18 @@ const WIDENED: f64 = 1.0 / 0.8928;
 /// Taps to each side, for each spacing of sigma beyond the first as many again.
 const MAX_TAPS: f64 = 24.0;
 
+/// Pixels from one tap to the next of a kernel that reaches so far.
+fn step_of(reach_px: f64, most: f64) -> f64 {
+    (reach_px / most).log2().ceil().max(0.0).exp2()
+}
+
 /// Offsets in pixels of the taps of a kernel to one side and their weights relative to the middle, outwards: a Gaussian less
 /// its value where it ends, at the latest at the picture's border, `room` pixels away. Continuous in `sigma_px`: every other
 /// tap fades before the steps double.
 fn taps(width: &Width, pass: LinePass, sigma_px: f64, room: i64) -> impl Iterator<Item = (i64, f64)> + use<> {
     let most = MAX_TAPS * (f64::from(width.sigma) * f64::from(pass.share).sqrt()).max(1.0);
     let reach = (REACH * sigma_px).min(room as f64 + 1.0);
-    let step = (reach / most).log2().ceil().max(0.0).exp2();
+    let step = step_of(reach, most);
     let end = reach / step;
     let fading = ((2.0 * end - most) / most).clamp(0.0, 1.0);
     let odd = 1.0 - fading * fading * (3.0 - 2.0 * fading);

@@ -1,5 +1,5 @@
 use super::image::{Source, Values};
-use super::{LEAST_SIGMA_PX, WIDENED, taps};
+use super::{LEAST_SIGMA_PX, MAX_TAPS, REACH, WIDENED, step_of, taps};
 use crate::filter::{BilateralParams, GaussianParams, HostSurface, LinePass, NarrowRangeParams, Rule, Width};
 use crate::twin::HostView;
 
@@ -75,14 +75,18 @@ impl Pass<'_> {
 
     fn square(&self, keys: &Values, pixel: usize, center: f64) -> f64 {
         let sigma = sigmas(self.source, self.width, pixel, self.source.distance(center)).1;
-        if sigma < LEAST_SIGMA_PX || self.source.pair(pixel, [2, 2]).is_none() {
+        let total = self.source.spacings_px(self.width.sigma, pixel, self.source.distance(center));
+        let most = MAX_TAPS * f64::from(self.width.sigma).max(1.0);
+        let wanted = (step_of(REACH * WIDENED * total, most) as i64 / 4).max(1);
+        let gap = wanted.min(self.source.room(pixel, 0).min(self.source.room(pixel, 1)) / 2);
+        if sigma < LEAST_SIGMA_PX || gap < 1 {
             return center;
         }
-        let slope = [[1, 0], [0, 1]].map(|offset| self.slope(keys, pixel, center, offset));
+        let slope = [[gap, 0], [0, gap]].map(|offset| self.slope(keys, pixel, center, offset));
         let pairs = half_square().map(|offset| {
             let squared = (offset[0] * offset[0] + offset[1] * offset[1]) as f64;
             let rise = offset[0] as f64 * slope[0] + offset[1] as f64 * slope[1];
-            (offset, rise, (-0.5 * squared / (sigma * sigma)).exp())
+            (offset.map(|o| gap * o), rise, (-0.5 * squared / (sigma * sigma)).exp())
         });
         self.moved(keys, pixel, center, pairs)
     }

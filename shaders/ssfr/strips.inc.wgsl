@@ -1,0 +1,85 @@
+#define_import_path meniscus::strips
+
+// Splats of many pixels are not drawn by the invocation that comes across them: all others of its workgroup would wait for it, and
+// lavapipe ends all loops of an invocation after 65 536 turns in all, whatever is left to do. They are cut into strips of rows, which
+// the variants compiled with STRIPS draw, a workgroup a strip.
+
+// A splat, and the first of the rows to be drawn.
+struct Strip {
+    particle: u32,
+    keep: u32,
+    // 1 + place of its shape; 0: a sphere.
+    shape: u32,
+    first_row: i32,
+}
+
+struct Strips {
+    count: atomic<u32>,
+    pad: array<u32, 3>,
+    strips: array<Strip>,
+}
+
+@group(0) @binding(14) var<storage, read_write> strips: Strips;
+
+// Most pixels of a splat that one invocation draws: an eighth of the 512 particles of a range, with which it stays far from the limit.
+const MOST_PX: i32 = 256;
+// About as many has a strip, at least one row.
+const STRIP_PX: i32 = 4096;
+// First row of a strip that is void.
+const NO_ROW: i32 = -1;
+// The lanes of a workgroup side by side in a strip.
+const COLUMNS: u32 = 16u;
+const ROWS: u32 = 4u;
+
+// What an invocation draws of a rectangle of pixels: every `step` from `first` to `last`; nothing where `last` < `first`.
+struct Part {
+    first: vec2<i32>,
+    last: vec2<i32>,
+    step: vec2<i32>,
+    // Pixels that it counts as visited.
+    visited: u32,
+}
+
+fn rows_of_strip(width: i32) -> i32 {
+    return max(STRIP_PX / width, 1);
+}
+
+// Whether there was room for all strips of the splat.
+fn leave(origin: Strip, first: vec2<i32>, last: vec2<i32>) -> bool {
+    let size = last - first + 1;
+    let rows = rows_of_strip(size.x);
+    let count = u32((size.y + rows - 1) / rows);
+    let place = atomicAdd(&strips.count, count);
+    let room = arrayLength(&strips.strips);
+    let fits = place + count <= room;
+    for (var i = 0u; i < count && place + i < room; i++) {
+        let row = select(NO_ROW, first.y + i32(i) * rows, fits);
+        strips.strips[place + i] = Strip(origin.particle, origin.keep, origin.shape, row);
+    }
+    return fits;
+}
+
+// The part of the splat `origin`, whose pixels are `first` to `last`, that falls to this invocation.
+fn part_of(origin: Strip, first: vec2<i32>, last: vec2<i32>, lane: u32) -> Part {
+    let size = last - first + 1;
+    let nothing = Part(vec2(0), vec2(-1), vec2(1), 0u);
+    if any(size <= vec2(0)) {
+        return nothing;
+    }
+#ifdef STRIPS
+    let end = min(origin.first_row + rows_of_strip(size.x) - 1, last.y);
+    let begin = vec2(first.x, origin.first_row) + vec2<i32>(vec2(lane % COLUMNS, lane / COLUMNS));
+    let visited = select(0u, u32(size.x * (end - origin.first_row + 1)), lane == 0u);
+    return Part(begin, vec2(last.x, end), vec2<i32>(vec2(COLUMNS, ROWS)), visited);
+#else
+    let area = size.x * size.y;
+    if area > MOST_PX && leave(origin, first, last) {
+        return nothing;
+    }
+    return Part(first, last, vec2(1), u32(area));
+#endif
+}
+
+fn strip_count() -> u32 {
+    return min(atomicLoad(&strips.count), arrayLength(&strips.strips));
+}
