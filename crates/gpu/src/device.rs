@@ -82,7 +82,8 @@ impl Gpu {
         }
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::PIPELINE_CACHE
-            | wgpu::Features::FLOAT32_FILTERABLE;
+            | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::SHADER_EARLY_DEPTH_TEST;
         // Where there is one memory for both, large data is written where the GPU reads it (`Buffer::write`). Elsewhere such
         // buffers would lie in memory that the GPU reads slowly.
         let shared = match info.device_type {

@@ -4,6 +4,7 @@
 use std::borrow::Cow;
 use std::collections::HashMap;
 
+use naga::valid::Capabilities;
 use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
 
 use crate::GpuError;
@@ -69,7 +70,9 @@ pub fn compose(
 ) -> Result<naga::Module, GpuError> {
     let shader_defs: HashMap<String, ShaderDefValue> =
         definitions.iter().map(|d| (d.name.to_owned(), ShaderDefValue::UInt(d.value))).collect();
-    let mut composer = Composer::default().with_capabilities(naga::valid::Capabilities::default());
+    // Raster passes may say that the depth they write is not nearer than the triangle's (`@early_depth_test`).
+    let capabilities = Capabilities::default() | Capabilities::EARLY_DEPTH_TEST;
+    let mut composer = Composer::default().with_capabilities(capabilities);
     let common = COMMON.iter().filter(|c| !includes.contains(c));
     for include in common.chain(includes) {
         let added = composer.add_composable_module(ComposableModuleDescriptor {
@@ -90,10 +93,7 @@ pub fn compose(
             ..Default::default()
         })
         .map_err(|e| failure(shader.name, e.emit_to_string(&composer)))?;
-    let mut validator = naga::valid::Validator::new(
-        naga::valid::ValidationFlags::all(),
-        naga::valid::Capabilities::default(),
-    );
+    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
     validator.validate(&module).map_err(|e| failure(shader.name, format!("{:?}", e.into_inner())))?;
     Ok(module)
 }
