@@ -18,13 +18,18 @@ pub use gpu_time::GpuTime;
 pub use pool::Pool;
 pub use record::Sample;
 pub use stage::Stage;
-pub use view::View;
+pub use view::{View, ordered};
 
 /// Whether this is `cargo bench` and not the single run that `cargo test` makes of a bench.
 pub fn is_measured() -> bool {
     let flags: Vec<String> = std::env::args().collect();
     let has = |flag: &str| flags.iter().any(|f| f == flag);
     has("--bench") && !has("--test")
+}
+
+/// Whether a look is enough (`--quick`).
+pub(crate) fn is_quick() -> bool {
+    std::env::args().any(|flag| flag == "--quick")
 }
 
 /// `views` for a measurement, small stand-ins of them otherwise.

@@ -18,6 +18,18 @@ pub struct Sample {
     pub gpu_ms: Option<f64>,
 }
 
+impl Sample {
+    /// The least that each clock showed, since whoever else uses the machine can only add to it; `None` without samples.
+    pub(crate) fn least(samples: &[Self]) -> Option<Self> {
+        let least = |ms: fn(&Self) -> Option<f64>| samples.iter().filter_map(ms).reduce(f64::min);
+        Some(Self {
+            wall_ms: least(|sample| Some(sample.wall_ms))?,
+            cpu_ms: least(|sample| Some(sample.cpu_ms))?,
+            gpu_ms: least(|sample| sample.gpu_ms),
+        })
+    }
+}
+
 /// One bench.
 #[derive(Clone, Debug, Serialize)]
 pub(crate) struct Record<'a> {

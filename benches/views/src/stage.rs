@@ -25,7 +25,9 @@ impl<'c> Stage<'c> {
     pub fn new(criterion: &'c mut Criterion, name: &'static str) -> Self {
         let mut group = criterion.benchmark_group(name);
         group.sample_size(SAMPLES);
-        group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(3));
+        // Of a look, criterion makes the time of a measurement the most that it takes.
+        let seconds = if crate::is_quick() { 1 } else { 3 };
+        group.warm_up_time(Duration::from_secs(1)).measurement_time(Duration::from_secs(seconds));
         Self { name, group, memcpy_gb_per_s: OnceCell::new() }
     }
 
@@ -51,7 +53,7 @@ impl<'c> Stage<'c> {
     }
 
     /// Measures the passes that `record` records and that have one of these `names`; all of them for no name. The rest is
-    /// as for [`Self::cpu`].
+    /// as for [`Self::cpu`]. Gives the least of every clock, nothing where a filter leaves the bench out or nothing is measured.
     #[cfg(feature = "gpu")]
     pub fn gpu<I>(
         &mut self,
@@ -61,14 +63,14 @@ impl<'c> Stage<'c> {
         input: impl FnOnce() -> I,
         bytes: impl FnOnce(&I) -> Option<u64>,
         mut record: impl FnMut(&I, &mut meniscus_gpu::Recorder, &meniscus_gpu::Gpu),
-    ) {
+    ) -> Option<Sample> {
         let (made, mut once) = (OnceCell::new(), Some(input));
         let samples = self.samples([bench, view], elements, |times| {
             let input = made.get_or_init(|| once.take().expect("made once")());
             time.measure(times, names, |recorder, gpu| record(input, recorder, gpu))
         });
-        let Some(input) = made.get() else { return };
-        report(self.name, [bench, view], time.device(), bytes(input), || time.copy_gb_per_s(), &samples);
+        let bytes = bytes(made.get()?);
+        report(self.name, [bench, view], time.device(), bytes, || time.copy_gb_per_s(), &samples)
     }
 
     /// Criterion's run of one bench. It asks for as many measurements as there are samples, after those that warm up.
@@ -99,19 +101,19 @@ fn report(
     bytes: Option<u64>,
     copy_gb_per_s: impl FnOnce() -> f64,
     samples: &[Sample],
-) {
+) -> Option<Sample> {
     if !crate::is_measured() {
-        return;
+        return None;
     }
     let copy_gb_per_s = copy_gb_per_s();
     Record { stage, bench, view, device, bytes, copy_gb_per_s, samples }.append();
-    let best = |ms: fn(&Sample) -> Option<f64>| samples.iter().filter_map(ms).reduce(f64::min);
-    let (cpu_ms, gpu_ms) = (best(|s| Some(s.cpu_ms)), best(|s| s.gpu_ms));
-    let shown = |ms: Option<f64>| ms.map_or("-".to_owned(), |ms| format!("{ms:.3} ms"));
-    eprintln!("{:24}least CPU: {}, GPU: {}", "", shown(cpu_ms), shown(gpu_ms));
-    if let (Some(bytes), Some(ms)) = (bytes, gpu_ms.or(best(|s| Some(s.wall_ms)))) {
-        let rate = bytes as f64 / ms * 1e-6;
+    let least = Sample::least(samples)?;
+    let gpu_ms = least.gpu_ms.map_or("-".to_owned(), |ms| format!("{ms:.3} ms"));
+    eprintln!("{:24}least CPU: {:.3} ms, GPU: {gpu_ms}", "", least.cpu_ms);
+    if let Some(bytes) = bytes {
+        let rate = bytes as f64 / least.gpu_ms.unwrap_or(least.wall_ms) * 1e-6;
         let share = 100.0 * rate / copy_gb_per_s;
         eprintln!("{:24}{rate:.2} GB/s, {share:.1} % of a copy ({copy_gb_per_s:.1} GB/s)\n", "");
     }
+    Some(least)
 }

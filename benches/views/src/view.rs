@@ -108,11 +108,14 @@ impl View {
     /// The positions in the order of cells of some eight spacings, neighbours together, as level of detail would hand them to
     /// the splats.
     pub fn ordered_positions(&self) -> Vec<[f32; 3]> {
-        let cell_world = 8.0 * self.space().spacing as f32;
-        let mut positions = self.read().positions;
-        positions.sort_by_cached_key(|&p| morton(p, cell_world));
-        positions
+        ordered(self.read().positions, 8.0 * self.space().spacing as f32)
     }
+}
+
+/// `positions` in the order of cells of this size, neighbours together.
+pub fn ordered(mut positions: Vec<[f32; 3]>, cell_world: f32) -> Vec<[f32; 3]> {
+    positions.sort_by_cached_key(|&p| morton(p, cell_world));
+    positions
 }
 
 /// Place of a position's cell on the z-order curve.

@@ -1,0 +1,150 @@
+//! The surface stage over spheres of one radius, as level of detail would hand them over.
+
+use bench_views::View;
+use meniscus_core::Camera;
+use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle, Particles, SceneDistance};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, RangeList, Recorder, Texture};
+use meniscus_ssfr::{
+    FilterChoice, FilterRegistry, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
+};
+
+/// Most particles of a range: those of level of detail (`meniscus_lod`) have as many.
+const RANGE_PARTICLES: u32 = 512;
+
+/// Spheres of one radius and the picture that they are drawn in.
+#[derive(Clone, Debug)]
+pub struct Spheres {
+    /// Centres, world space, neighbours together.
+    pub positions: Vec<[f32; 3]>,
+    /// Radius, world units, > 0.
+    pub radius_world: f32,
+    /// Distance of neighbours, world units, > 0.
+    pub spacing_world: f32,
+    /// The camera.
+    pub camera: Camera,
+    /// `[width, height]` in pixels.
+    pub size: [u32; 2],
+}
+
+impl Spheres {
+    /// Every particle of `view`.
+    pub fn of(view: &View) -> Self {
+        let space = view.space();
+        Self {
+            positions: view.ordered_positions(),
+            radius_world: space.radius as f32,
+            spacing_world: space.spacing as f32,
+            camera: view.camera(),
+            size: view.size,
+        }
+    }
+}
+
+/// The surface stage without a filter.
+pub struct Stage {
+    params: SsfrParams,
+    passes: Ssfr,
+}
+
+impl Stage {
+    /// Compiles the stage.
+    pub fn new(gpu: &Gpu) -> Self {
+        let filter = FilterChoice { name: "none".into(), ..Default::default() };
+        let params = SsfrParams { filter, ..Default::default() };
+        let passes = Ssfr::new(gpu, &FilterRegistry::builtin(), &params).expect("built-in passes");
+        Self { params, passes }
+    }
+
+    /// Records all passes of the stage.
+    pub fn record(&self, recorder: &mut Recorder, gpu: &Gpu, splats: &Splats) {
+        splats.with_set(|set| {
+            let camera = recorder.uniform(&splats.camera);
+            self.passes.record(recorder, gpu, &camera, &[set], &splats.sky, &splats.images);
+        });
+    }
+
+    /// As [`Self::record`], without thickness.
+    pub fn record_opaque(&self, recorder: &mut Recorder, gpu: &Gpu, splats: &Splats) {
+        splats.with_set(|set| {
+            let camera = recorder.uniform(&splats.camera);
+            self.passes.record_opaque(recorder, gpu, &camera, &[set], &splats.sky, &splats.images);
+        });
+    }
+}
+
+/// [`Spheres`] on the GPU and the images they are drawn to.
+pub struct Splats {
+    images: SurfaceImages,
+    pages: Vec<(Buffer<Particles>, RangeList)>,
+    sky: Texture<SceneDistance>,
+    camera: CameraUniform,
+    radius_world: f32,
+    volume_world: f32,
+}
+
+impl Splats {
+    /// Uploads `spheres` and makes images for `stage`.
+    ///
+    /// # Panics
+    /// If the device lacks room.
+    pub fn new(gpu: &Gpu, stage: &Stage, spheres: &Spheres) -> Self {
+        let numbered = spheres.positions.iter().enumerate();
+        let particles: Vec<_> = numbered.map(|(i, &p)| PackedParticle::new(p, i as u16)).collect();
+        let pages = particles.chunks(gpu.page_elements::<PackedParticle>()).map(|page| {
+            let count = page.len() as u32;
+            let ranges: Vec<KeptRange> = (0..count)
+                .step_by(RANGE_PARTICLES as usize)
+                .map(|first| KeptRange {
+                    first,
+                    count: (count - first).min(RANGE_PARTICLES),
+                    keep: KeptRange::KEEP_ALL,
+                    shape: 0,
+                })
+                .collect();
+            let particles = Buffer::from_slice(gpu, page).expect("a page");
+            (particles, RangeList::from_slice(gpu, &ranges).expect("its ranges"))
+        });
+        let pages = pages.collect();
+        let size = spheres.size;
+        let sky = Texture::new(gpu, size).expect("a texture of the picture's size");
+        sky.write(gpu, &vec![NO_SURFACE; (size[0] * size[1]) as usize]);
+        Self {
+            images: SurfaceImages::new(gpu, size, &stage.params).expect("images of the picture's size"),
+            pages,
+            sky,
+            camera: CameraUniform::new(&spheres.camera, size),
+            radius_world: spheres.radius_world,
+            volume_world: spheres.spacing_world.powi(3),
+        }
+    }
+
+    /// What the stage makes.
+    pub fn images(&self) -> &SurfaceImages {
+        &self.images
+    }
+
+    /// The particles, page by page.
+    pub fn pages(&self) -> impl Iterator<Item = &Buffer<Particles>> {
+        self.pages.iter().map(|(particles, _)| particles)
+    }
+
+    fn with_set(&self, record: impl FnOnce(SplatSet)) {
+        let input = |(particles, ranges)| SplatInput {
+            particles,
+            shapes: None,
+            front: ranges,
+            tested: None,
+            mass: ranges,
+            stand_ins: None,
+        };
+        let pages: Vec<SplatInput> =
+            self.pages.iter().map(|(particles, ranges)| input((particles, ranges))).collect();
+        record(SplatSet {
+            pages: &pages,
+            radius_world: self.radius_world,
+            volume_world: self.volume_world,
+            radii: Radii::Equal,
+            is_uniform_mass: true,
+        });
+    }
+}
