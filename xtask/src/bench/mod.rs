@@ -219,6 +219,7 @@ mod tests {
             "lod",
             "anisotropy",
             "ssfr-splat",
+            "raster",
             "ssfr-filter",
             "shading",
             "compositor",

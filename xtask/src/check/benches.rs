@@ -14,6 +14,7 @@ const BENCHES: &[(&str, &[&str])] = &[
     ("bench-prefetch", &["core", "cases", "io", "map-guard", "prefetch", "lod", "gpu"]),
     ("bench-lod", &["core", "cases", "gpu", "lod"]),
     ("bench-ssfr-splat", &["core", "cases", "gpu", "ssfr"]),
+    ("bench-raster", &["core", "cases", "gpu", "ssfr"]),
     ("bench-ssfr-filter", &["core", "cases", "gpu", "ssfr"]),
     ("bench-anisotropy", &["core", "cases", "gpu", "ssfr"]),
     ("bench-shading", &["core", "cases", "gpu", "scene", "shading"]),

@@ -1,0 +1,60 @@
+use meniscus_gpu::role::NO_SURFACE;
+
+/// Largest difference between distances that are the same but for rounding, in radii. Both passes subtract coordinates of up to 0.4
+/// that are known to 3e-8, a ten-thousandth of the smallest radius, and take square roots of what remains, which near an outline is
+/// ten times less certain.
+const TOLERANCE_RADII: f32 = 0.01;
+
+/// Least share of the pixels that has to agree. The others lie on outlines, where a rounding decides which sphere is hit.
+const LEAST_SHARE: f64 = 0.999;
+
+/// How two pictures of the same spheres compare.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Agreement {
+    /// Pixels with a sphere in either.
+    pub covered: usize,
+    /// Those of them in which the distances agree.
+    pub equal: usize,
+}
+
+impl Agreement {
+    /// Compares distances along the view axis, pixel by pixel.
+    pub(crate) fn of(a: &[f32], b: &[f32], radius_world: f32) -> Self {
+        assert_eq!(a.len(), b.len(), "pictures of different sizes");
+        let covered = a.iter().zip(b).filter(|(a, b)| a.min(**b) < NO_SURFACE);
+        let is_equal = |(a, b): &(&f32, &f32)| (**a - **b).abs() <= TOLERANCE_RADII * radius_world;
+        Self { covered: covered.clone().count(), equal: covered.filter(is_equal).count() }
+    }
+
+    /// Share of the covered pixels that differ.
+    pub(crate) fn differing_percent(self) -> f64 {
+        100.0 * (self.covered - self.equal) as f64 / self.covered as f64
+    }
+
+    /// Whether both are the same picture.
+    pub(crate) fn is_enough(self) -> bool {
+        self.covered > 0 && self.equal as f64 >= LEAST_SHARE * self.covered as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn only_rounding_and_a_thousandth_of_the_covered_pixels_may_differ() {
+        let mut a = vec![1.0; 1000];
+        a.extend([NO_SURFACE; 5000]);
+        let mut b = a.clone();
+        b[0] = 1.0009;
+        assert_eq!(Agreement::of(&a, &b, 0.1), Agreement { covered: 1000, equal: 1000 });
+        b[0] = 1.0011;
+        assert!(Agreement::of(&a, &b, 0.1).is_enough());
+        // Only one of them has a sphere here.
+        b[1] = NO_SURFACE;
+        let agreement = Agreement::of(&a, &b, 0.1);
+        assert_eq!(agreement, Agreement { covered: 1000, equal: 998 });
+        assert!(!agreement.is_enough());
+        assert!(!Agreement::of(&[NO_SURFACE], &[NO_SURFACE], 0.1).is_enough(), "two empty pictures");
+    }
+}
