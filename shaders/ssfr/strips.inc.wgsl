@@ -21,8 +21,13 @@ struct Strips {
 
 @group(0) @binding(14) var<storage, read_write> strips: Strips;
 
-// Most pixels of a splat that one invocation draws: an eighth of the 512 particles of a range, with which it stays far from the limit.
+// Most pixels of a splat that one invocation draws. On a GPU others wait for it; for a software driver strips are a detour, as long as
+// the splats of an invocation, every 64th of a range of 512, stay below its limit (benches/RESULTS.md).
+#ifdef HARDWARE
 const MOST_PX: i32 = 256;
+#else
+const MOST_PX: i32 = 4096;
+#endif
 // About as many has a strip, at least one row.
 const STRIP_PX: i32 = 4096;
 // First row of a strip that is void.

@@ -118,7 +118,7 @@ fn spheres_that_fill_the_picture_are_whole() {
             let sum = twin::thickness_sum(&scene.view(), &set, &scene.scene_distance, (1, profile));
             for (i, (&found, &exact)) in frame.thickness.iter().zip(&sum).enumerate() {
                 // Each of the splats is rounded by at most a step of its volume's length over 1024.
-                assert!((f64::from(found) - f64::from(exact)).abs() < 12.0 / 1024.0, "{i}: {found} {exact}");
+                assert!((f64::from(found) - exact).abs() < 12.0 / 1024.0, "{i}: {found} {exact}");
             }
         }
     }

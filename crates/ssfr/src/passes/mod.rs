@@ -42,7 +42,7 @@ pub(crate) fn pipeline_with(
     shader: Shader,
     definitions: &[Definition],
 ) -> Result<ComputePipeline, GpuError> {
-    gpu.compute_pipeline(&descriptor(shader, definitions))
+    compile(gpu, shader, definitions, None)
 }
 
 /// As [`pipeline_with`] for a pass that adds its work to the counter `counts`.
@@ -52,12 +52,23 @@ pub(crate) fn counted_pipeline(
     definitions: &[Definition],
     counts: &'static str,
 ) -> Result<ComputePipeline, GpuError> {
-    gpu.compute_pipeline(&ComputePipelineDescriptor {
-        counts: Some(counts),
-        ..descriptor(shader, definitions)
-    })
+    compile(gpu, shader, definitions, Some(counts))
 }
 
-fn descriptor(shader: Shader, definitions: &[Definition]) -> ComputePipelineDescriptor<'_> {
-    ComputePipelineDescriptor { includes: INCLUDES, definitions, ..ComputePipelineDescriptor::new(shader) }
+fn compile(
+    gpu: &Gpu,
+    shader: Shader,
+    definitions: &[Definition],
+    counts: Option<&'static str>,
+) -> Result<ComputePipeline, GpuError> {
+    let mut definitions = definitions.to_vec();
+    if !gpu.summary().is_software() {
+        definitions.push(Definition { name: "HARDWARE", value: 1 });
+    }
+    gpu.compute_pipeline(&ComputePipelineDescriptor {
+        includes: INCLUDES,
+        definitions: &definitions,
+        counts,
+        ..ComputePipelineDescriptor::new(shader)
+    })
 }
