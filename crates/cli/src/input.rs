@@ -8,8 +8,9 @@ use meniscus_io::{Series, SeriesOptions, SetSpec};
 use crate::args::InputArgs;
 use crate::failure::Failure;
 
-/// Opens what the flags name, unless `cancel` stops it: surveying a large first frame takes seconds. What is no picture keeps walls.
-pub fn open(args: &InputArgs, keep_walls: bool, cancel: &Cancel) -> Result<Series, Failure> {
+/// Opens what the flags name, unless `cancel` stops it: surveying a large first frame takes seconds. What is no picture keeps what is
+/// no water (`keep_others`).
+pub fn open(args: &InputArgs, keep_others: bool, cancel: &Cancel) -> Result<Series, Failure> {
     let sets = args.sets.iter().map(|text| SetSpec::parse(text)).collect::<Result<Vec<_>, _>>()?;
     let options = SeriesOptions {
         where_expr: args.where_expr.clone(),
@@ -22,7 +23,7 @@ pub fn open(args: &InputArgs, keep_walls: bool, cancel: &Cancel) -> Result<Serie
         every: args.every,
         region: args.region,
         time_step: args.time_step,
-        keep_walls,
+        keep_others,
         keep_ghosts: args.keep_ghosts,
         io_mode: args.io_mode,
     };

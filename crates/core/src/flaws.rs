@@ -40,8 +40,10 @@ pub enum Flaw {
         /// The flat axis: `x`, `y` or `z`.
         axis: char,
     },
-    /// Particles that look like walls are drawn as water.
-    WallsDrawnAsWater {
+    /// Particles that look like something else are drawn as water.
+    OthersDrawnAsWater {
+        /// What they look like: `walls`, `body` or `air`.
+        what: &'static str,
         /// The flag that hides them.
         flag: String,
     },
@@ -102,8 +104,9 @@ impl fmt::Display for Flaw {
             Self::Planar { axis } => {
                 write!(f, "the data is flat along {axis} and drawn as a sheet one spacing thick")
             }
-            Self::WallsDrawnAsWater { flag } => {
-                write!(f, "some particles look like walls and are drawn as water; hide them with {flag}")
+            Self::OthersDrawnAsWater { what, flag } => {
+                let like = if *what == "body" { "a moving body" } else { what };
+                write!(f, "some particles look like {like} and are drawn as water; hide them with {flag}")
             }
             Self::UnstableIdentity { share } => write!(
                 f,

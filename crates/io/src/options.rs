@@ -31,9 +31,9 @@ pub struct SeriesOptions {
     pub region: Option<Region>,
     /// Time between frames, > 0; replaces what the files state.
     pub time_step: Option<f64>,
-    /// Keeps particles that are walls for sure in the default set. Else they are a set of their own, `walls`, which is hidden, unless
-    /// [`Self::where_expr`] or [`Self::sets`] say what is what.
-    pub keep_walls: bool,
+    /// Keeps particles that are no water for sure in the default set. Else walls, moving bodies and air are hidden sets of their own,
+    /// `walls`, `body` and `air`, unless [`Self::where_expr`] or a set `water` says what the default set is.
+    pub keep_others: bool,
     /// Keeps points that the file marks as ghosts: copies of a neighbouring process' points, or hidden ones.
     pub keep_ghosts: bool,
 }

@@ -105,10 +105,14 @@ fn walls_are_no_water() {
             Series::open(&path, &SeriesOptions { sets: vec![shown], ..Default::default() }).expect(name);
         assert_eq!(read(&shown), [(Look::Water, 7128), (Look::Solid, 10_432)], "{name}");
         let kept =
-            Series::open(&path, &SeriesOptions { keep_walls: true, ..Default::default() }).expect(name);
+            Series::open(&path, &SeriesOptions { keep_others: true, ..Default::default() }).expect(name);
         assert_eq!(read(&kept), [(Look::Water, 17_560)], "{name}");
         let flaws: Vec<_> = kept.flaws().iter().cloned().collect();
-        assert_eq!(flaws, [Flaw::WallsDrawnAsWater { flag: "--where 'type == 0'".to_owned() }], "{name}");
+        assert_eq!(
+            flaws,
+            [Flaw::OthersDrawnAsWater { what: "walls", flag: "--where 'type == 0'".to_owned() }],
+            "{name}"
+        );
     }
 }
 
@@ -130,7 +134,7 @@ fn what_only_has_no_speed_is_drawn() {
     );
     std::fs::write(&path, text).unwrap();
     let series = open(&path);
-    let flaw = Flaw::WallsDrawnAsWater { flag: "--where 'type == 1'".to_owned() };
+    let flaw = Flaw::OthersDrawnAsWater { what: "walls", flag: "--where 'type == 1'".to_owned() };
     assert!(series.flaws().iter().any(|found| *found == flaw), "{:?}", series.flaws());
     assert_eq!(series.read(0, &FrameRequest::default(), &Cancel::default()).unwrap().len(), 1000);
 }

@@ -79,7 +79,7 @@ fn sizes_are_found_under_many_names() {
     let scaled = |factor: f64, power: i32| lengths.iter().map(|l| factor * l.powi(power)).collect::<Vec<_>>();
     let mass = || ("m", scaled(1.0, 3));
     let two_liquids =
-        || ("rho", (0..positions.len()).map(|i| if i % 2 == 0 { 1000.0 } else { 1.0 }).collect());
+        || ("rho", (0..positions.len()).map(|i| if i % 2 == 0 { 1000.0 } else { 500.0 }).collect());
     for attributes in [
         vec![("radius", scaled(0.05, 1))],
         // In another unit.

@@ -10,7 +10,7 @@ pub(crate) const RADIUS: &[&str] = &["radius", "particle_radius", "particleradiu
 pub(crate) const DIAMETER: &[&str] = &["diameter", "particle_diameter", "particlediameter", "diam", "d"];
 pub(crate) const VOLUME: &[&str] = &["volume", "particle_volume", "particlevolume", "vol"];
 pub(crate) const SMOOTHING_LENGTH: &[&str] = &["smoothing_length", "smoothinglength", "hsml", "h"];
-/// Kinds of particles.
+/// Kinds of particles, for [`is_kind`]; those that mean kinds most likely come first.
 pub(crate) const KIND: &[&str] = &[
     "type",
     "mk",
@@ -22,14 +22,26 @@ pub(crate) const KIND: &[&str] = &[
     "mat",
     "ptype",
     "particletype",
-    "particle_type",
+    "parttype",
+    "fluid",
+    "isfluid",
     "boundary",
     "isboundary",
-    "is_boundary",
     "body",
     "zone",
     "label",
+    "object",
+    "obj",
+    "p",
 ];
+
+/// Whether `name` is one of [`KIND`], `kind`, however it is spelt: `Material_ID`, `matId`, `is_boundary`.
+pub(crate) fn is_kind(name: &str, kind: &str) -> bool {
+    let bare: String =
+        name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
+    // A `p` alone is a pressure.
+    (bare == kind && kind != "p") || bare.strip_suffix("id") == Some(kind)
+}
 
 /// The first attribute with `components` numbers whose name is in `names`; earlier names win.
 pub(crate) fn find<'a>(frame: &'a FrameData, names: &[&str], components: usize) -> Option<&'a AttributeInfo> {

@@ -71,11 +71,12 @@ impl Series {
         let mut sets = sets::plan(options)?;
         let mut survey = survey::survey(&found.steps, &sets, options, cancel)?;
         let mut choices = found.choices;
-        if let Some((walls, choice)) = survey.walls {
-            let options = SeriesOptions { sets: vec![walls], ..options.clone() };
+        if !survey.own_sets.is_empty() {
+            let (own, said): (Vec<_>, Vec<_>) = survey.own_sets.into_iter().unzip();
+            let options = SeriesOptions { sets: [options.sets.clone(), own].concat(), ..options.clone() };
             sets = sets::plan(&options)?;
             survey = survey::survey(&found.steps, &sets, &options, cancel)?;
-            choices.push(choice);
+            choices.extend(said);
         }
         choices.extend(survey.choices);
         Ok(Self {

@@ -10,8 +10,8 @@ use super::sets::Plans;
 use super::sizes::{self, Sizes};
 use super::view::View;
 use super::{companions, lengths, parts, selections};
-use crate::analysis::walls::Walls;
-use crate::analysis::{names, up, walls};
+use crate::analysis::others::{self, Other, Others, Untold};
+use crate::analysis::{names, up};
 use crate::array::check;
 use crate::discover::TimeStep;
 use crate::{Error, IoMode, SeriesOptions, SetSpec, input_file};
@@ -24,8 +24,8 @@ pub(super) struct Survey {
     pub has_ids: bool,
     pub velocity: Option<String>,
     pub sizes: Option<Sizes>,
-    /// The set that holds walls which are drawn as water, where they are walls for sure and nothing is said of sets.
-    pub walls: Option<(SetSpec, Choice)>,
+    /// Hidden sets of what is in the default set but no water for sure, unless the user says what that set is.
+    pub own_sets: Vec<(SetSpec, Choice)>,
 }
 
 pub(super) fn file_bytes(files: &[PathBuf]) -> u64 {
@@ -54,13 +54,17 @@ pub(super) fn survey(
     if let Some(axis) = flat_axis {
         flaws.add(Flaw::Planar { axis: ['x', 'y', 'z'][axis] });
     }
-    let walls = find_walls(&view, &last, cancel)?;
-    let is_open = !options.keep_walls && options.where_expr.is_none() && options.sets.is_empty();
-    let own_set = walls.as_ref().filter(|_| is_open).and_then(walls_set);
-    if let Some(walls) = &walls {
-        flaws.add(Flaw::WallsDrawnAsWater { flag: walls.flag.clone() });
+    let others = find_others(&view, &last, cancel)?;
+    let own_sets = others.found.iter().filter_map(|other| own_set(other, &view, options)).collect();
+    for Other { name, flag, .. } in &others.found {
+        flaws.add(Flaw::OthersDrawnAsWater { what: name, flag: flag.clone() });
     }
-    let members = walls.as_ref().map(|walls| walls.members.as_slice());
+    if let Some(Untold { list, flag }) = others.untold.filter(|_| options.where_expr.is_none()) {
+        let value = format!("{list}, all drawn as water");
+        choices.push(choice("kinds", value, "nothing tells which of them are water".into(), &flag));
+    }
+    let members = Others::members(&others.found, view.positions.len());
+    let members = members.as_deref();
     let sample = view.sample(members);
     let sizes = sizes::choose(&view, &sample, options, &mut choices, cancel)?;
     let of = sizes.as_ref();
@@ -98,33 +102,37 @@ pub(super) fn survey(
         choices,
         flaws,
         sizes,
-        walls: own_set,
+        own_sets,
     })
 }
 
-/// Walls among the default set. Where there are kinds of particles, the last frame tells which of them move.
-fn find_walls(
+/// What is no water in the default set. Where there are kinds of particles, the last frame tells which of them move.
+fn find_others(
     view: &View,
     last: &impl Deref<Target = Option<View>>,
     cancel: &Cancel,
-) -> Result<Option<Walls>, Error> {
-    if !walls::has_kinds(&view.frame) {
-        return Ok(None);
-    }
-    let same_particles = last.as_ref().filter(|last| last.positions.len() == view.positions.len());
+) -> Result<Others, Error> {
+    let kinds_of = Some(last).filter(|_| others::has_kinds(&view.frame));
+    let same_particles = kinds_of.and_then(|last| last.as_ref());
+    let same_particles = same_particles.filter(|last| last.positions.len() == view.positions.len());
     let later = same_particles.map(|last| |i: usize| last.position_from(view.origin, i));
     let later = later.as_ref().map(|later| later as &dyn Fn(usize) -> [f32; 3]);
-    walls::find(&view.frame, &view.positions, |i| view.is_water(i), later, cancel)
+    others::find(&view.frame, &view.positions, |i| view.is_water(i), later, cancel)
 }
 
-/// The hidden set of `walls`, and what is said of it, if they can be nothing else.
-fn walls_set(walls: &Walls) -> Option<(SetSpec, Choice)> {
-    let reason = walls.certain_as?;
-    let spec = SetSpec { name: "walls".into(), pattern: walls.pattern.clone(), look: Look::Hidden };
-    let count = walls.members.iter().filter(|member| **member).count();
-    let value = format!("{count} of {} particles, not drawn", walls.members.len());
-    let flag = format!("--set \"walls={}:solid\"", spec.pattern);
-    Some((spec, choice("walls", value, reason.into(), &flag)))
+/// The hidden set of `other`, and what is said of it, if it is no water for sure and the user leaves open what the default set is.
+fn own_set(other: &Other, view: &View, options: &SeriesOptions) -> Option<(SetSpec, Choice)> {
+    let is_taken = |name: &str| options.sets.iter().any(|spec| spec.name == name);
+    let is_said = options.where_expr.is_some() || is_taken("water") || is_taken(other.name);
+    if options.keep_others || is_said || !view.has_members(0) {
+        return None;
+    }
+    let reason = other.certain_as.clone()?;
+    let spec = SetSpec { name: other.name.into(), pattern: other.pattern.clone(), look: Look::Hidden };
+    let count = other.members.iter().filter(|member| **member).count();
+    let value = format!("{count} of {} particles, not drawn", other.members.len());
+    let flag = format!("--set \"{}={}:{}\"", spec.name, spec.pattern, other.look);
+    Some((spec, choice(other.name, value, reason, &flag)))
 }
 
 /// Says how the first frame's files come into memory, unless the user has said.
