@@ -16,6 +16,7 @@ mod hermite;
 mod pixels;
 mod report;
 mod series;
+mod short;
 mod source;
 pub mod srgb;
 
@@ -28,4 +29,5 @@ pub use hermite::hermite_weights;
 pub use pixels::{Channel, PixelDepth, Pixels};
 pub use report::{Choice, FrameReport, StageCost};
 pub use series::{DEFAULT_RADIUS_PER_SPACING, RadiusChoice, SeriesSpace, SpacingSource, UpAxis};
+pub use short::Short;
 pub use source::{Cancel, FrameError, FrameErrorKind, FrameRequest, FrameSource};

@@ -1,6 +1,6 @@
 use glam::Vec3;
 use meniscus_color::{ColorScale, Quantity};
-use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, SeriesSpace, SetFrame};
+use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, SeriesSpace, SetFrame, Short};
 use meniscus_lod::FoamOptions;
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
@@ -181,7 +181,7 @@ impl World {
     pub fn choices(&self) -> Vec<Choice> {
         let absorption = Choice {
             what: "absorption".into(),
-            value: format!("scaled to a water depth of {:.4}", self.scale.depth_world),
+            value: format!("scaled to a water depth of {}", Short(f64::from(self.scale.depth_world))),
             reason: "the median column still transmits".into(),
             flag: "--param lighting.attenuation_scale=FACTOR".into(),
         };

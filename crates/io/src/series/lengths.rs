@@ -1,6 +1,8 @@
 //! Spacing and radius of a series.
 
-use meniscus_core::{Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, SpacingSource};
+use meniscus_core::{
+    Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, Short, SpacingSource,
+};
 
 use super::sizes::Sizes;
 use super::survey::choice;
@@ -48,7 +50,7 @@ pub(super) fn choose(
         Some(spacing) => (spacing, SpacingSource::User, None),
         None => {
             let chosen = choose_spacing(view, walls, sizes, options.every.unwrap_or(1), flaws, cancel)?;
-            choices.push(choice("spacing", format!("{:.6}", chosen.value), chosen.reason, "--spacing"));
+            choices.push(choice("spacing", Short(chosen.value).to_string(), chosen.reason, "--spacing"));
             (chosen.value, chosen.source, chosen.radius)
         }
     };
@@ -59,7 +61,7 @@ pub(super) fn choose(
                 value: DEFAULT_RADIUS_PER_SPACING * spacing,
                 reason: format!("{DEFAULT_RADIUS_PER_SPACING} of the spacing"),
             });
-            choices.push(choice("radius", format!("{value:.6}"), reason, "--radius"));
+            choices.push(choice("radius", Short(value).to_string(), reason, "--radius"));
             (value, RadiusChoice::FromSpacing)
         }
     };
