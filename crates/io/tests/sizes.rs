@@ -124,7 +124,7 @@ fn what_does_not_vary_is_neither_read_nor_mentioned() {
     let n = positions.len();
     // A few percent, and a single one that is off.
     let nearly: Vec<f64> =
-        (0..n).map(|i| if i == 7 { 3.0 } else { 0.05 * (1.0 + 0.03 * (i as f64).sin()) }).collect();
+        (0..n).map(|i| if i == 7 { 1.0 } else { 0.05 * (1.0 + 0.03 * (i as f64).sin()) }).collect();
     for attribute in [("radius", vec![0.05; n]), ("diameter", nearly), ("mass", vec![1.0; n])] {
         let file = File::new(&positions, &[attribute]);
         let series = file.series();
@@ -133,6 +133,34 @@ fn what_does_not_vary_is_neither_read_nor_mentioned() {
         let frame = water(&series);
         assert_eq!((frame.sizes.len(), frame.sizes.capacity()), (0, 0));
     }
+}
+
+#[test]
+fn broken_radii_that_are_not_used_are_said() {
+    let positions = block([0.0; 3], 12, 0.1);
+    let n = positions.len();
+    let holes = (0..n).map(|i| if i % 7 == 0 { f64::NAN } else { 0.05 * (1.0 + 0.3 * (i as f64).sin()) });
+    let zeros = (0..n).map(|i| if i % 7 == 0 { 0.0 } else { 0.05 });
+    let stray = (0..n).map(|i| if i == 7 { 1e30 } else { 0.05 });
+    for (name, values, count) in [
+        ("radius", holes.collect::<Vec<_>>(), 247),
+        ("diameter", zeros.collect(), 247),
+        ("radius", stray.collect(), 1),
+    ] {
+        let series = File::new(&positions, &[(name, values)]).series();
+        let line = line(&series).expect("a line");
+        assert_eq!((line.value.as_str(), line.flag.clone()), ("all alike", format!("--radius-by {name}")));
+        let counted = format!("for {count} of {n} sampled particles");
+        assert!(
+            line.reason.starts_with(&format!("{name:?} is no number")) && line.reason.ends_with(&counted),
+            "{}",
+            line.reason
+        );
+        assert_eq!(series.radius_by(), None);
+    }
+    // A letter may mean a distance from anywhere.
+    let series = File::new(&positions, &[("r", vec![0.0; n])]).series();
+    assert_eq!(line(&series), None);
 }
 
 #[test]

@@ -185,8 +185,8 @@ fn found(
             candidates.extend(Candidate::new(view, (kind, attribute), sample, cancel)?);
         }
     }
+    let mut unused = doubtful(view, sample, &candidates, cancel)?;
     let mass_varies = candidates.iter().find(|candidate| candidate.kind == Kind::Mass).map(Candidate::varies);
-    let mut unused = None;
     for candidate in candidates.iter().filter(|candidate| candidate.varies()) {
         let doubt = match candidate.kind {
             Kind::Length => implausible(view, candidate),
@@ -211,6 +211,40 @@ fn found(
         }
     }
     choices.extend(unused);
+    Ok(None)
+}
+
+/// Says why an attribute that is called a radius or diameter is not used: some of its values are no sizes.
+fn doubtful(
+    view: &View,
+    sample: &[usize],
+    candidates: &[Candidate],
+    cancel: &Cancel,
+) -> Result<Option<Choice>, Error> {
+    for (_, names) in KINDS.iter().filter(|(kind, _)| *kind == Kind::Length) {
+        let attribute = names::find(&view.frame, names, 1).filter(|attribute| !attribute.ty.is_integer());
+        // A single letter may mean anything.
+        let Some(attribute) = attribute.filter(|attribute| attribute.name.len() > 1) else { continue };
+        let candidate = candidates.iter().find(|candidate| candidate.sizes.name == attribute.name);
+        if candidate.is_some_and(Candidate::varies) {
+            continue;
+        }
+        let values = view.frame.values_at(attribute, sample, &ToF32, cancel)?;
+        let is_size = |value: &f32| match candidate {
+            Some(candidate) => SIZES.contains(&((f64::from(*value) / candidate.sizes.reference) as f32)),
+            None => value.is_finite() && *value > 0.0,
+        };
+        let odd = values.iter().filter(|value| !is_size(value)).count();
+        if odd > 0 {
+            let name = &attribute.name;
+            let what = match candidate {
+                Some(_) => "is no number above 0, or beyond 1/32 to 32 times the usual,",
+                None => "is no number above 0",
+            };
+            let reason = format!("{name:?} {what} for {odd} of {} sampled particles", values.len());
+            return Ok(Some(choice("sizes", "all alike".into(), reason, &format!("--radius-by {name}"))));
+        }
+    }
     Ok(None)
 }
 
