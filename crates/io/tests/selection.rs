@@ -138,6 +138,14 @@ fn the_time_step_counts_missing_numbers() {
     assert_eq!(series.times(), [Some(0.0), Some(0.25), Some(0.75)]);
     let frame = series.read(2, &FrameRequest::default(), &Cancel::default()).expect("reads");
     assert_eq!(frame.time, Some(0.75));
+
+    // However the files are named, the gap is said.
+    for input in [".", "f_%d.vtu", "f_*.vtu"] {
+        let series = Series::open(&folder.path().join(input), &options).expect("opens");
+        let said: Vec<String> = series.choices().iter().map(ToString::to_string).collect();
+        let gap = said.iter().find(|line| line.starts_with("frames: 3 files (1 file is missing: number 4;"));
+        assert!(gap.is_some(), "{input}: {said:?}");
+    }
 }
 
 #[test]

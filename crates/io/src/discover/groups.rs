@@ -3,7 +3,7 @@ use std::path::{Path, PathBuf};
 
 use meniscus_core::Choice;
 
-use super::{Found, TimeStep, file, names};
+use super::{Found, TimeStep, file, gaps, names};
 use crate::Error;
 
 /// Extensions of particle files.
@@ -88,6 +88,9 @@ pub(super) fn choose(place: &Path, files: Vec<PathBuf>) -> Result<Found, Error> 
             reason: format!("not mixed with the others here: {}", others.join(", ")),
             flag: "INPUT, the name of one of them".into(),
         });
+    }
+    if !chosen.collection {
+        choices.extend(gaps::describe(&chosen.steps));
     }
     Ok(Found { steps: chosen.steps, choices })
 }

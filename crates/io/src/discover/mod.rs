@@ -1,6 +1,7 @@
 //! Which files make a series, and in which order.
 
 mod collection;
+mod gaps;
 mod groups;
 pub(crate) mod names;
 
@@ -97,28 +98,14 @@ fn numbered(input: &Path, pattern: &names::NumberPattern) -> Result<Found, Error
         })
         .collect();
     files.sort();
-    let (Some(first), Some(last)) = (files.first(), files.last()) else {
+    if files.is_empty() {
         return Err(Error::Empty {
             file: input.to_owned(),
             message: "no file fits this pattern; expected e.g. frame_0001.vtu for frame_%04d.vtu".into(),
         });
-    };
-    let span = last.0 - first.0 + 1;
-    let mut choices = Vec::new();
-    // Solvers that number by time step leave regular gaps; only a few missing numbers are worth a word.
-    if span > files.len() as u64 && span < 2 * files.len() as u64 {
-        choices.push(Choice {
-            what: "frames".into(),
-            value: format!("{} files", files.len()),
-            reason: format!(
-                "{} of the numbers {} to {} are missing",
-                span - files.len() as u64,
-                first.0,
-                last.0
-            ),
-            flag: "INPUT".into(),
-        });
     }
-    let steps = files.into_iter().map(|(_, path)| TimeStep { time: None, files: vec![path] }).collect();
+    let steps: Vec<_> =
+        files.into_iter().map(|(_, path)| TimeStep { time: None, files: vec![path] }).collect();
+    let choices = gaps::describe(&steps).into_iter().collect();
     Ok(Found { steps, choices })
 }
