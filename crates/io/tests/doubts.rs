@@ -212,3 +212,69 @@ fn a_radius_counts_where_the_density_does_not_agree() {
         assert_eq!(space.spacing_source, SpacingSource::Estimate);
     }
 }
+
+/// Points behind those that the header counts would be missing without a word.
+#[test]
+fn more_points_than_the_header_says_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let legacy = |name: &str, mode: &str, body: &[u8]| {
+        let head = format!("# vtk DataFile Version 3.0\nx\n{mode}\nDATASET POLYDATA\nPOINTS 2 float\n");
+        let path = folder.path().join(name);
+        std::fs::write(&path, [head.as_bytes(), body].concat()).expect("written");
+        Series::open(&path, &SeriesOptions::default())
+    };
+    let binary = [0x3f_u8, 0x80, 0, 0].repeat(9);
+    for (name, mode, body) in
+        [("a.vtk", "ASCII", &b"0 0 0 1 0 0\n0.5 0 1\n"[..]), ("b.vtk", "BINARY", &binary[..])]
+    {
+        let message = legacy(name, mode, body).err().expect(name).to_string();
+        for part in [name, "behind POINTS 2", "correct the number of points"] {
+            assert!(message.contains(part), "{message}");
+        }
+    }
+    for body in ["0 0 0 1 0 0\n", "0 0 0 1 0 0\n\nMETADATA\nINFORMATION 0\n\nVERTICES 1 3\n2 0 1\n"] {
+        assert_eq!(
+            legacy("c.vtk", "ASCII", body.as_bytes()).expect("opens").point_count(0).expect("counts"),
+            2
+        );
+    }
+}
+
+#[test]
+fn what_is_not_read_is_named_with_what_to_do() {
+    let folder = tempfile::tempdir().expect("a folder");
+    for (name, bytes, parts) in [
+        ("a.vtkhdf", &b"\x89HDF\r\n\x1a\n\0\0\0"[..], ["HDF5", "write it as .vtu or .vtp"]),
+        (
+            "b.vtm",
+            b"<VTKFile type=\"vtkMultiBlockDataSet\"></VTKFile>",
+            ["vtkMultiBlockDataSet", "open one of the files"],
+        ),
+        (
+            "c.vts",
+            b"<VTKFile type=\"StructuredGrid\"></VTKFile>",
+            ["StructuredGrid", "write the points as .vtu"],
+        ),
+    ] {
+        let path = folder.path().join(name);
+        std::fs::write(&path, bytes).expect("written");
+        let message = Series::open(&path, &SeriesOptions::default()).err().expect(name).to_string();
+        assert!(parts.iter().all(|part| message.contains(part)), "{message}");
+    }
+}
+
+/// Lengths have significant digits, not six decimals.
+#[test]
+fn small_lengths_are_printed() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let points: Vec<[f64; 3]> = cube(12).into_iter().map(|p| p.map(|c| 2.5e-5 * c)).collect();
+    write(&folder.path().join("f.vtu"), &points, &[]);
+    let series = open(&folder.path().join("f.vtu"), &SeriesOptions::default());
+    let value = |what: &str| {
+        let line = series.choices().iter().find(|choice| choice.what == what).expect(what);
+        line.value.parse::<f64>().expect("a number")
+    };
+    // Five digits: half a unit of the last one is at most 5e-5 of the number.
+    assert!((value("spacing") / series.space().spacing - 1.0).abs() < 5e-5, "{}", value("spacing"));
+    assert!((value("radius") / series.space().radius - 1.0).abs() < 5e-5, "{}", value("radius"));
+}

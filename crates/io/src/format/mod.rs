@@ -35,6 +35,9 @@ impl Format {
             [b'<', ..] => Ok(Self::Xml),
             [b'{', ..] => Ok(Self::SeriesJson),
             [0x1f, 0x8b, ..] => unsupported("gzip data; unpack it with gunzip first"),
+            [0x89, b'H', b'D', b'F', ..] => unsupported(
+                "HDF5 (.vtkhdf), which is not read; write it as .vtu or .vtp, for example with ParaView",
+            ),
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => unsupported("UTF-16 text; save it as UTF-8"),
             _ => unsupported("neither a legacy nor an XML VTK file"),
         }

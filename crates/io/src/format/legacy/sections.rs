@@ -7,6 +7,9 @@ use crate::array::{Content, DataArray};
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::scalar::{ScalarType, ToF64};
 
+/// Letters of data that are shown where a keyword was expected.
+const MAX_QUOTED: usize = 24;
+
 /// What the attribute sections that follow belong to.
 #[derive(Clone, Copy, PartialEq)]
 enum Owner {
@@ -26,6 +29,8 @@ pub(super) struct Sections<'a> {
     grid: Grid,
     attributes: Vec<DataArray>,
     time: Option<f64>,
+    /// The last section was POINTS.
+    is_behind_points: bool,
     has_vertices: bool,
     has_faces: bool,
     cell_types: Option<DataArray>,
@@ -40,6 +45,7 @@ impl<'a> Sections<'a> {
             grid: Grid::default(),
             attributes: Vec::new(),
             time: None,
+            is_behind_points: false,
             has_vertices: false,
             has_faces: false,
             cell_types: None,
@@ -79,6 +85,7 @@ impl<'a> Sections<'a> {
         if keyword.is_empty() {
             return Ok(false);
         }
+        let is_behind_points = std::mem::replace(&mut self.is_behind_points, keyword == "points");
         match keyword.as_str() {
             "points" => self.read_points()?,
             "vertices" => self.has_vertices |= self.skip_cells()?,
@@ -101,6 +108,10 @@ impl<'a> Sections<'a> {
                         .cursor
                         .malformed(format_args!("unknown section {keyword:?} before POINTS")));
                 }
+                if !known && is_behind_points {
+                    self.cursor.place.go_to(start);
+                    return Err(self.more_points_than_said(&keyword));
+                }
                 return Ok(known);
             }
         }
@@ -115,6 +126,15 @@ impl<'a> Sections<'a> {
             return Err(self.cursor.malformed("a second POINTS section; expected one"));
         }
         Ok(())
+    }
+
+    /// What follows the points is no section: mostly more points, of which nothing would be drawn.
+    fn more_points_than_said(&self, found: &str) -> Error {
+        let found: String = found.chars().take(MAX_QUOTED).collect();
+        let count = self.points.as_ref().map_or(0, |points| points.tuples);
+        self.cursor.malformed(format_args!(
+            "expected a section such as POINT_DATA or the end behind POINTS {count}, found {found:?}; correct the number of points"
+        ))
     }
 
     /// Steps over cells; says whether there are any.

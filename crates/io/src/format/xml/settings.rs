@@ -23,8 +23,18 @@ impl Settings {
             kind.as_str(),
             "UnstructuredGrid" | "PolyData" | "PUnstructuredGrid" | "PPolyData" | "Collection"
         ) {
-            let message =
-                format!("data of type {kind:?}; expected UnstructuredGrid, PolyData or a collection");
+            let advice = match kind.as_str() {
+                "vtkMultiBlockDataSet"
+                | "vtkMultiPieceDataSet"
+                | "vtkPartitionedDataSet"
+                | "vtkPartitionedDataSetCollection" => {
+                    "open one of the files that it lists, or list them in a .pvd file"
+                }
+                _ => "write the points as .vtu or .vtp, for example with ParaView",
+            };
+            let message = format!(
+                "data of type {kind:?}; expected UnstructuredGrid, PolyData or a collection: {advice}"
+            );
             return Err(Error::unsupported(file.path(), message));
         }
         let big = match attributes.get("byte_order") {
