@@ -88,7 +88,8 @@ fn print_frame(info: &FrameInfo) {
 
 fn text(value: &serde_json::Value) -> String {
     match value {
-        serde_json::Value::String(s) => s.clone(),
+        // A name is one line, whatever it holds.
+        serde_json::Value::String(s) => s.replace('\n', "\\n"),
         other => other.to_string(),
     }
 }

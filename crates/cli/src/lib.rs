@@ -24,7 +24,7 @@ pub use meniscus_pipeline::Registry;
 
 use crate::args::{Cli, Command};
 use crate::failure::Failure;
-use crate::terminal::{Terminal, print};
+use crate::terminal::{Printable, Terminal, print};
 
 /// Runs the program on this process's arguments with the filters and lighting models of `registry`.
 pub fn run(registry: Registry) -> ExitCode {
@@ -74,7 +74,7 @@ pub fn run(registry: Registry) -> ExitCode {
     match result {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
-            eprintln!("meniscus: {failure}");
+            eprintln!("meniscus: {}", Printable(&failure));
             if json {
                 print(report::error_json(&failure));
             }

@@ -22,7 +22,7 @@ impl Terminal {
     /// One line about what is going on.
     pub fn say(&self, line: impl std::fmt::Display) {
         if !self.quiet {
-            eprintln!("{line}");
+            eprintln!("{}", Printable(line));
         }
     }
 
@@ -50,7 +50,24 @@ impl Terminal {
 
 /// Prints a result to standard output. Where nobody reads any more (`| head`), the rest is not printed and nothing is wrong.
 pub fn print(line: impl std::fmt::Display) {
-    let _ = writeln!(std::io::stdout(), "{line}");
+    let _ = writeln!(std::io::stdout(), "{}", Printable(line));
+}
+
+/// Text without what a terminal would obey instead of show: names in files may hold anything. Only the ends of lines are left.
+pub struct Printable<T>(pub T);
+
+impl<T: std::fmt::Display> std::fmt::Display for Printable<T> {
+    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
+        use std::fmt::Write;
+        for letter in self.0.to_string().chars() {
+            if letter.is_control() && letter != '\n' {
+                write!(f, "{}", letter.escape_default())?;
+            } else {
+                f.write_char(letter)?;
+            }
+        }
+        Ok(())
+    }
 }
 
 /// Set by Ctrl-C and SIGTERM: running work stops at the next safe point. A second signal ends the process at once, which
@@ -73,4 +90,15 @@ pub fn interrupt() -> Cancel {
             cancel
         })
         .clone()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::Printable;
+
+    #[test]
+    fn a_name_in_a_file_does_not_command_the_terminal() {
+        let shown = Printable("a\x1b[2J\x07 \u{9b}31m ρ 水\r\nb").to_string();
+        assert_eq!(shown, "a\\u{1b}[2J\\u{7} \\u{9b}31m ρ 水\\r\nb");
+    }
 }
