@@ -42,8 +42,10 @@ pub enum CameraError {
     #[error("camera {0} is not finite; give finite numbers")]
     NotFinite(&'static str),
     /// Eye and target coincide.
-    #[error("camera eye and target are the same point {0:?}; move one of them")]
-    NoDirection([f32; 3]),
+    #[error(
+        "camera eye and target are the same point, or too near to each other to be told apart; move one of them"
+    )]
+    NoDirection,
     /// Up is zero or along the view axis.
     #[error("camera up vector {0:?} is zero or parallel to the view direction; give another --camera up")]
     BadUp([f32; 3]),
@@ -71,8 +73,15 @@ impl Camera {
             }
         }
         let forward = self.target - self.eye;
-        if forward.length_squared() == 0.0 || !forward.length_squared().is_finite() {
-            return Err(CameraError::NoDirection(self.eye.to_array()));
+        if forward.length_squared() == 0.0 {
+            return Err(CameraError::NoDirection);
+        }
+        if !forward.length_squared().is_finite() {
+            return Err(CameraError::OutOfRange {
+                name: "distance from eye to target",
+                found: forward.as_dvec3().length() as f32,
+                expected: "less than 1e19",
+            });
         }
         let side = forward.normalize().cross(self.up.normalize_or_zero());
         // 1e-4: the sine of 0.006 degrees, below which the f32 cross product is mostly rounding.
@@ -308,7 +317,12 @@ mod tests {
             c.validate().unwrap_err()
         };
         assert!(matches!(bad(|c| c.eye.x = f32::NAN), CameraError::NotFinite("eye")));
-        assert!(matches!(bad(|c| c.target = c.eye), CameraError::NoDirection(_)));
+        assert!(matches!(bad(|c| c.target = c.eye), CameraError::NoDirection));
+        let far = bad(|c| c.eye.x = 1e20);
+        assert!(
+            matches!(far, CameraError::OutOfRange { found, .. } if (found / 1e20 - 1.0).abs() < 1e-6),
+            "{far}"
+        );
         assert!(matches!(bad(|c| c.up = c.target - c.eye), CameraError::BadUp(_)));
         assert!(matches!(bad(|c| c.near = 0.0), CameraError::OutOfRange { .. }));
         assert!(matches!(

@@ -18,7 +18,7 @@ pub enum ExportError {
     /// Several frames, one name.
     #[error(
         "{}: {frames} frames cannot go into one image; give a pattern such as {}, a film such as {}, or pick one with --frame N",
-        path.display(), suggestion.display(), suggestion.with_extension("mp4").display()
+        path.display(), suggestion.display(), path.with_extension("mp4").display()
     )]
     NeedsPattern {
         /// The path given.

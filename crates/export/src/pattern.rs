@@ -132,6 +132,12 @@ mod tests {
     }
 
     #[test]
+    fn what_is_suggested_is_understood() {
+        let message = parse("p/dam.png").unwrap().check(3).unwrap_err().to_string();
+        assert!(message.contains("a pattern such as p/dam_%04d.png, a film such as p/dam.mp4,"), "{message}");
+    }
+
+    #[test]
     fn numbers_are_found_again() {
         let pattern = parse("a/out_%04d.png").unwrap();
         for index in [0, 7, 9999, 12345] {

@@ -371,7 +371,7 @@ impl Renderer {
     fn why_nothing_is_visible(&self) -> Result<Option<&'static str>, PipelineError> {
         let counts = self.counts;
         Ok(if counts.input == 0 {
-            Some("none is selected; check --where and --set")
+            Some("the frame has none, or --where, --set and --box leave none; `meniscus info` counts them")
         } else if counts.chunks_culled == counts.chunks {
             Some("all are outside of the view; check --camera or leave it out")
         } else if self.sets.iter().any(|set| !set.foam.is_empty()) {

@@ -1,6 +1,7 @@
 //! `meniscus render`.
 
 mod captions;
+mod lens;
 mod look;
 mod note;
 mod output;
@@ -172,6 +173,7 @@ fn works<'a>(
         let number = shot.moment.number;
         let camera = |part: &Part| {
             let camera = look.at(part)?;
+            lens::check(&lens, &camera)?;
             Ok::<_, Failure>(part.sample.map_or(camera, |sample| lens.camera(&camera, sample, size)))
         };
         let cameras = shot.parts.iter().map(camera).collect::<Result<Vec<_>, _>>()?;

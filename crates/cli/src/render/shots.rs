@@ -2,7 +2,7 @@
 
 use std::sync::Arc;
 
-use meniscus_core::{Cancel, Choice, Flaw, Flaws, FrameSource};
+use meniscus_core::{Cancel, Choice, Flaw, Flaws, FrameSource, Short};
 use meniscus_export::FrameRate;
 use meniscus_io::Series;
 use meniscus_timeline::{Moment, Resampled, Sample, Sampling, Shutter, Timeline, usual_step};
@@ -68,7 +68,7 @@ impl Shots {
         let timeline = if on_time {
             let times = times(series, frames, rate, cancel, &mut choices)?;
             let step = step(args, &times, rate, &mut choices);
-            at_constant_speed(args, series, &times, step, &mut flaws)?
+            at_constant_speed(args, series, &times.list, step, &mut flaws)?
         } else {
             Timeline::every_frame(frames, |frame| series.time(frame))
         };
@@ -164,8 +164,9 @@ impl Blur {
             return because("the files have no ids, by which particles are followed between frames");
         }
         let all: Vec<usize> = (0..series.frame_count()).collect();
-        let frames = times(series, &all, rate, cancel, &mut Vec::new())?;
-        let step = step(args, &frames, rate, &mut Vec::new());
+        let times = times(series, &all, rate, cancel, &mut Vec::new())?;
+        let step = step(args, &times, rate, &mut Vec::new());
+        let frames = times.list;
         // Refuses times that do not rise.
         Timeline::at_constant_speed(&frames, step, Sampling::Nearest)
             .map_err(|error| Failure::Usage(error.to_string()))?;
@@ -215,40 +216,74 @@ fn at_constant_speed(
     Ok(timeline)
 }
 
-/// Frames with their times. Where the series states none, every frame is a picture.
+/// Frames with their times.
+struct Times {
+    list: Vec<(usize, f64)>,
+    /// Whether the series states them.
+    are_stated: bool,
+}
+
+/// Where the series states no times, every frame is a picture.
 fn times(
     series: &Series,
     frames: &[usize],
     rate: FrameRate,
     cancel: &Cancel,
     choices: &mut Vec<Choice>,
-) -> Result<Vec<(usize, f64)>, Failure> {
+) -> Result<Times, Failure> {
     let known = series.times_in_files(cancel)?;
     let stated: Option<Vec<(usize, f64)>> =
         frames.iter().map(|&frame| Some((frame, known[frame]?))).collect();
-    Ok(stated.unwrap_or_else(|| {
-        choices.push(Choice {
-            what: "times".into(),
-            value: "every frame is a picture".into(),
-            reason: "the series does not state the time of all frames".into(),
-            flag: "--dt SECONDS".into(),
-        });
-        frames.iter().map(|&frame| (frame, rate.seconds(frame as u64))).collect()
-    }))
+    if let Some(list) = stated {
+        return Ok(Times { list, are_stated: true });
+    }
+    choices.push(Choice {
+        what: "times".into(),
+        value: "every frame is a picture".into(),
+        reason: "the series does not state the time of all frames".into(),
+        flag: "--dt SECONDS".into(),
+    });
+    let list = frames.iter().map(|&frame| (frame, rate.seconds(frame as u64))).collect();
+    Ok(Times { list, are_stated: false })
 }
 
 /// Simulation time from picture to picture.
-fn step(args: &RenderArgs, times: &[(usize, f64)], rate: FrameRate, choices: &mut Vec<Choice>) -> f64 {
+fn step(args: &RenderArgs, times: &Times, rate: FrameRate, choices: &mut Vec<Choice>) -> f64 {
     if let Some(speed) = args.time.speed {
         return speed * rate.seconds(1);
     }
-    let times: Vec<f64> = times.iter().map(|(_, time)| *time).collect();
-    let Some(step) = usual_step(&times).filter(|step| *step > 0.0) else { return rate.seconds(1) };
-    choices.push(Choice {
-        what: "speed".into(),
-        value: format!("{:.4} of real time", step / rate.seconds(1)),
-        reason: format!("the usual step between frames, {step:.6} s, is a picture of {rate} in a second"),
-        flag: "--speed".into(),
-    });
+    let list: Vec<f64> = times.list.iter().map(|(_, time)| *time).collect();
+    let Some(step) = usual_step(&list).filter(|step| *step > 0.0) else { return rate.seconds(1) };
+    choices.extend(speed(times, step, rate));
     step
+}
+
+/// What is said of the speed; of times that nobody stated there is nothing to say.
+fn speed(times: &Times, step: f64, rate: FrameRate) -> Option<Choice> {
+    times.are_stated.then(|| Choice {
+        what: "speed".into(),
+        value: format!("{} of real time", Short(step / rate.seconds(1))),
+        reason: format!(
+            "the usual step between frames, {} s, is a picture of {rate} in a second",
+            Short(step)
+        ),
+        flag: "--speed".into(),
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_speed_is_that_of_times_that_are_stated() {
+        let rate: FrameRate = "25".parse().unwrap();
+        let of = |are_stated| speed(&Times { list: vec![(0, 0.0), (1, 1e-6)], are_stated }, 1e-6, rate);
+        let said = of(true).map(|choice| choice.to_string()).unwrap_or_default();
+        assert!(
+            said.starts_with("speed: 2.5e-5 of real time (the usual step between frames, 1e-6 s,"),
+            "{said}"
+        );
+        assert_eq!(of(false), None);
+    }
 }
