@@ -36,6 +36,11 @@ impl Aabb {
         Self { min: self.min - margin, max: self.max + margin }
     }
 
+    /// Whether `point` lies inside or on a side; never for NaN.
+    pub fn contains(&self, point: Vec3) -> bool {
+        self.min.cmple(point).all() && point.cmple(self.max).all()
+    }
+
     /// Whether no point lies inside.
     pub fn is_empty(&self) -> bool {
         !self.min.cmple(self.max).all()

@@ -8,6 +8,7 @@
 //!   along the view axis, not along the ray.
 
 mod bounds;
+mod bulk;
 mod camera;
 mod counters;
 mod flaws;
@@ -21,6 +22,7 @@ mod source;
 pub mod srgb;
 
 pub use bounds::Aabb;
+pub use bulk::Bulk;
 pub use camera::{Camera, CameraError, Projection};
 pub use counters::{FrameRead, WorkCounters};
 pub use flaws::{Flaw, Flaws};
