@@ -11,6 +11,13 @@ pub enum Flaw {
         /// How many.
         count: u64,
     },
+    /// Particles so far from the others that `f32` cannot say where they are to the spacing were left out.
+    FarDropped {
+        /// How many.
+        count: u64,
+        /// How far away they are at least, file units.
+        distance: f32,
+    },
     /// Particles whose stated size is missing, no number above 0 or out of range.
     SizesReplaced {
         /// Name of the attribute that states sizes.
@@ -88,6 +95,14 @@ impl fmt::Display for Flaw {
         match self {
             Self::NonFiniteDropped { count } => {
                 write!(f, "{count} points with NaN or infinite coordinates were dropped")
+            }
+            Self::FarDropped { count, distance } => {
+                let (particles, are) = if *count == 1 { ("particle is", "it is") } else { ("particles are", "they are") };
+                write!(
+                    f,
+                    "{count} {particles} more than {distance:.1e} away from the middle of the others; {are} not drawn. Leave such \
+                     particles out with --box or --where"
+                )
             }
             Self::SizesReplaced { attribute, count } => write!(
                 f,

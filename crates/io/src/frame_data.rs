@@ -154,14 +154,20 @@ impl FrameData {
         self.pieces.first()?.positions.as_ref().map(|positions| positions.ty)
     }
 
-    /// A finite point near the start, or zero: near enough to the others to subtract it before rounding to `f32`.
-    pub fn some_point(&self, cancel: &Cancel) -> Result<[f64; 3], Error> {
+    /// The median, along each axis, of the finite points near the start, or zero: mostly near enough to the others to subtract it
+    /// before rounding to `f32`, even where the first particle is lost far away.
+    pub fn some_place(&self, cancel: &Cancel) -> Result<[f64; 3], Error> {
         let arrays = self.check(|piece| piece.positions.as_ref())?;
         let Some(first) = arrays.first() else { return Ok([0.0; 3]) };
         let mut values = vec![0.0; first.len().min(3 * 1024)];
         first.decode(&ToF64, 0, values.as_mut_slice(), cancel)?;
-        let finite = |p: &&[f64; 3]| p.iter().all(|c| c.is_finite());
-        Ok(values.as_chunks::<3>().0.iter().find(finite).copied().unwrap_or_default())
+        let points = values.as_chunks::<3>().0.iter().filter(|p| p.iter().all(|c| c.is_finite()));
+        let points: Vec<&[f64; 3]> = points.collect();
+        Ok(std::array::from_fn(|axis| {
+            let mut along: Vec<f64> = points.iter().map(|p| p[axis]).collect();
+            along.sort_unstable_by(f64::total_cmp);
+            along.get(along.len() / 2).copied().unwrap_or_default()
+        }))
     }
 
     /// Coordinates minus `origin`.

@@ -194,13 +194,20 @@ impl Convert for Recentre {
         for (bytes, point) in src.chunks_exact(3 * E::SIZE).zip(points.chunks_exact_mut(3)) {
             for axis in 0..3 {
                 let value = E::read::<BIG>(&bytes[axis * E::SIZE..(axis + 1) * E::SIZE]).to_f64();
-                point[axis] = (value - origin[axis]) as f32;
+                point[axis] = limited(value - origin[axis]);
             }
         }
         for (axis, (bytes, value)) in src_rest.chunks_exact(E::SIZE).zip(rest).enumerate() {
-            *value = (E::read::<BIG>(bytes).to_f64() - origin[axis]) as f32;
+            *value = limited(E::read::<BIG>(bytes).to_f64() - origin[axis]);
         }
     }
+}
+
+/// As `f32`; a number that is too large for it is its largest one: far away, but not without a place.
+#[inline(always)]
+fn limited(value: f64) -> f32 {
+    let near = value as f32;
+    if near.is_infinite() && value.is_finite() { f32::MAX.copysign(near) } else { near }
 }
 
 /// Whether each coordinate (x, y, z, x, ...) is inside its axis' range, limits included; never for NaN.
@@ -237,6 +244,16 @@ mod tests {
             convert.bytes(ScalarType::F64, true, first, &bytes[first * 8..], &mut out);
             assert_eq!(out, expected[first..], "starting at value {first}");
         }
+    }
+
+    #[test]
+    fn what_is_too_far_for_f32_is_as_far_as_it_goes() {
+        let values = [1e308, -1e39, f64::INFINITY, f64::NEG_INFINITY, f64::NAN, 3.0];
+        let bytes: Vec<u8> = values.iter().flat_map(|v| v.to_le_bytes()).collect();
+        let mut out = [0.0; 6];
+        Recentre { origin: [1.0; 3] }.bytes(ScalarType::F64, false, 0, &bytes, &mut out);
+        assert_eq!(out[..4], [f32::MAX, -f32::MAX, f32::INFINITY, f32::NEG_INFINITY]);
+        assert!(out[4].is_nan() && out[5] == 2.0);
     }
 
     #[test]

@@ -42,6 +42,8 @@ pub struct Series {
     steps: RwLock<Vec<Arc<TimeStep>>>,
     sets: Plans,
     space: SeriesSpace,
+    /// Largest coordinate of particles that are drawn, world.
+    reach: f32,
     choices: Vec<Choice>,
     flaws: Flaws,
     /// Delivered bytes per byte of file, from the first frame.
@@ -84,6 +86,7 @@ impl Series {
             steps: RwLock::new(found.steps.into_iter().map(Arc::new).collect()),
             sets,
             space: survey.space,
+            reach: survey.reach,
             choices,
             flaws: survey.flaws,
             bytes_per_file_byte: survey.bytes_per_file_byte,

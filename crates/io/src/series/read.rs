@@ -36,8 +36,7 @@ fn read_once(
 ) -> Result<SetFrame, Error> {
     let step = series.step(index)?;
     let frame = FrameData::open(&step, series.sets.io_mode, cancel)?;
-    let origin = origin_of(series.space.origin);
-    let mut reader = Reader { sizes: series.sizes.as_ref(), origin, cancel, dropped: 0, sizes_replaced: 0 };
+    let mut reader = Reader::of(series, cancel);
     let assignment = Assignment::new(&series.sets, &frame, cancel)?;
     let mut particles = reader.sets(&frame, assignment.as_ref(), series.sets.len(), request)?;
     frame.check_unchanged()?;
@@ -82,8 +81,7 @@ pub(super) fn read_coarse(
     if frame.is_text() || frame.points / COARSE_RUN < share {
         return Ok(None);
     }
-    let origin = origin_of(series.space.origin);
-    let mut reader = Reader { sizes: series.sizes.as_ref(), origin, cancel, dropped: 0, sizes_replaced: 0 };
+    let mut reader = Reader::of(series, cancel);
     let assignment = Assignment::new(&series.sets, &frame, cancel)?;
     let runs = frame.blocks_of(COARSE_RUN).step_by(share);
     let particles = reader.shared_out(&frame, assignment.as_ref(), runs, series.sets.len(), request)?;
@@ -98,14 +96,30 @@ struct Reader<'a> {
     /// What states the sizes of particles.
     sizes: Option<&'a Sizes>,
     origin: [f64; 3],
+    /// Largest coordinate that is drawn, world.
+    reach: f32,
     cancel: &'a Cancel,
     /// Points left out because their coordinates are not finite.
     dropped: u64,
+    /// Points left out because they are beyond the reach.
+    far: u64,
     /// Particles without a size that can be drawn, where sizes are stated.
     sizes_replaced: u64,
 }
 
-impl Reader<'_> {
+impl<'a> Reader<'a> {
+    fn of(series: &'a Series, cancel: &'a Cancel) -> Self {
+        Self {
+            sizes: series.sizes.as_ref(),
+            origin: origin_of(series.space.origin),
+            reach: series.reach,
+            cancel,
+            dropped: 0,
+            far: 0,
+            sizes_replaced: 0,
+        }
+    }
+
     /// The `particles` of all sets as a frame.
     fn frame(
         &self,
@@ -119,6 +133,9 @@ impl Reader<'_> {
         let mut flaws = Flaws::default();
         if self.dropped > 0 {
             flaws.add(Flaw::NonFiniteDropped { count: self.dropped });
+        }
+        if self.far > 0 {
+            flaws.add(Flaw::FarDropped { count: self.far, distance: self.reach });
         }
         if let Some(sizes) = &series.sizes
             && self.sizes_replaced > 0
@@ -164,12 +181,21 @@ impl Reader<'_> {
         let stated = stated.map(|attribute| frame.values(attribute, &ToF32, self.cancel)).transpose()?;
         let sizes = self.relative(stated, positions.len());
         let mut all = ParticleFrame { positions, ids: ids.unwrap_or_default(), attributes, sizes };
-        let broken = all.positions.par_iter().filter(|p| !is_finite(p)).count();
-        if broken > 0 {
-            self.dropped += broken as u64;
-            drop_broken(&mut all);
+        let reach = self.reach;
+        let left_out = all.positions.par_iter().filter(|p| !is_within(reach, p)).count();
+        if left_out > 0 {
+            let taken: Vec<bool> = all.positions.par_iter().map(|p| is_within(reach, p)).collect();
+            let positions = std::iter::zip(&all.positions, &taken);
+            positions.filter(|(_, taken)| !**taken).for_each(|(position, _)| self.count_out(position));
+            leave(&mut all, &taken);
         }
         Ok(all)
+    }
+
+    /// Counts a point that is left out for its `position`.
+    fn count_out(&mut self, position: &[f32; 3]) {
+        let is_finite = position.iter().all(|c| c.is_finite());
+        *(if is_finite { &mut self.far } else { &mut self.dropped }) += 1;
     }
 
     /// The relative sizes of `count` particles for their `values` in the attribute that states them; none where nothing does.
@@ -219,8 +245,9 @@ impl Reader<'_> {
             };
             let positions = positions.values(&block, &Recentre { origin: self.origin }, cancel)?;
             let positions = positions.as_chunks::<3>().0;
-            for (set, _) in std::iter::zip(&mut assigned, positions).filter(|(_, p)| !is_finite(p)) {
-                self.dropped += 1;
+            let reach = self.reach;
+            for (set, p) in std::iter::zip(&mut assigned, positions).filter(|(_, p)| !is_within(reach, p)) {
+                self.count_out(p);
                 *set = NO_SET;
             }
             // Where nobody takes anything, nothing else is read.
@@ -262,21 +289,21 @@ fn extend<T>(list: &mut Vec<T>, count: usize, added: impl Iterator<Item = T>) {
     list.extend(added);
 }
 
-fn is_finite(position: &[f32; 3]) -> bool {
-    position.iter().all(|c| c.is_finite())
+/// Whether no coordinate is NaN, or farther from the origin than `reach`, which is finite.
+fn is_within(reach: f32, position: &[f32; 3]) -> bool {
+    position.iter().all(|c| c.abs() <= reach)
 }
 
-/// Removes the particles of `all` whose coordinates are not finite; those that stay keep their identity.
-fn drop_broken(all: &mut ParticleFrame) {
-    let taken: Vec<bool> = all.positions.par_iter().map(is_finite).collect();
+/// Leaves the particles of `all` that `taken` marks; they keep their identity.
+fn leave(all: &mut ParticleFrame, taken: &[bool]) {
     if all.ids.is_empty() {
         all.ids = (0..taken.len() as u64).collect();
     }
-    retain(&mut all.positions, 1, &taken);
-    retain(&mut all.ids, 1, &taken);
-    retain(&mut all.sizes, 1, &taken);
+    retain(&mut all.positions, 1, taken);
+    retain(&mut all.ids, 1, taken);
+    retain(&mut all.sizes, 1, taken);
     for attribute in &mut all.attributes {
-        retain(&mut attribute.values, attribute.components, &taken);
+        retain(&mut attribute.values, attribute.components, taken);
     }
 }
 

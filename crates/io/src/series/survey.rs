@@ -18,6 +18,8 @@ use crate::{Error, IoMode, SeriesOptions, SetSpec, input_file};
 
 pub(super) struct Survey {
     pub space: SeriesSpace,
+    /// Largest coordinate that is drawn, world.
+    pub reach: f32,
     pub choices: Vec<Choice>,
     pub flaws: Flaws,
     pub bytes_per_file_byte: f64,
@@ -90,6 +92,7 @@ pub(super) fn survey(
         has_ids,
         velocity: names::find(&view.frame, names::VELOCITY, 3).map(|attribute| attribute.name.clone()),
         bytes_per_file_byte: bytes as f64 / file_bytes(&steps[index].files).max(1) as f64,
+        reach: view.reach(lengths.spacing),
         space: SeriesSpace {
             origin: view.origin,
             spacing: lengths.spacing,

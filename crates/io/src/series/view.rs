@@ -1,7 +1,7 @@
 //! A frame as the survey looks at it.
 
 use glam::{DVec3, Vec3};
-use meniscus_core::{Aabb, Cancel, Look};
+use meniscus_core::{Aabb, Bulk, Cancel, Look};
 use rayon::prelude::*;
 
 use super::sets::{self, Plans, SetPlan};
@@ -16,12 +16,16 @@ const SAMPLES: usize = 1 << 16;
 /// A frame and its positions near zero.
 pub(super) struct View {
     pub frame: FrameData,
-    /// A short number near the middle; what `positions` are relative to.
+    /// A short number near the middle of the bulk; what `positions` are relative to.
     pub origin: DVec3,
     pub positions: Vec<[f32; 3]>,
-    /// Box around the finite positions.
+    /// Box around the positions, without strays.
     pub bounds: Aabb,
-    all_finite: bool,
+    /// Box around those of the body.
+    body: Aabb,
+    /// What lies in it is no stray among the water.
+    counted: Aabb,
+    all_counted: bool,
     /// The set of every point; `None` when all are in the default set.
     sets: Option<Vec<u8>>,
     /// Which sets count as the water.
@@ -31,18 +35,50 @@ pub(super) struct View {
 impl View {
     pub fn open(step: &TimeStep, plans: &Plans, cancel: &Cancel) -> Result<Self, Error> {
         let frame = FrameData::open(step, plans.io_mode, cancel)?;
-        // Rounding to f32 far from zero would eat into the estimates, so some point is subtracted before it. The way from there
-        // to the origin is no longer than the data, and may be subtracted after it.
-        let near = DVec3::from(frame.some_point(cancel)?);
-        let mut positions = frame.positions(near.to_array(), cancel)?;
-        let around = finite_bounds(&positions).0;
-        let origin = rounded_centre(around, near);
-        let shift = (origin - near).as_vec3();
-        let (bounds, all_finite) = shifted_bounds(&mut positions, shift);
+        let (mut positions, near, bulk) = positions_near_zero(&frame, cancel)?;
+        let [bounds, body] = bounds_within(&positions, [bulk.around(), bulk.body()]);
+        let origin = rounded_centre(bounds, near);
+        // The way from the place that was subtracted to the origin is no longer than the data, and may be subtracted after it.
+        let shift = (near - origin).as_vec3();
+        positions.par_iter_mut().with_min_len(PIECE).for_each(|p| *p = (Vec3::from(*p) + shift).to_array());
+        let [bounds, body] = [bounds, body].map(|of| Aabb { min: of.min + shift, max: of.max + shift });
+        let bulk = bulk.moved(shift);
         let sets = sets::assign(plans, &frame, cancel)?;
         frame.check_unchanged()?;
         let water = water_sets(plans, sets.as_deref().unwrap_or_default());
-        Ok(Self { frame, origin, positions, bounds, all_finite, sets, water })
+        let everything = Aabb { min: Vec3::MIN, max: Vec3::MAX };
+        let mut view = Self {
+            frame,
+            origin,
+            positions,
+            bounds,
+            body,
+            counted: everything,
+            all_counted: false,
+            sets,
+            water,
+        };
+        // A little water in much of something else is few, but no strays.
+        view.counted =
+            if view.sets.is_none() { bulk.around() } else { Bulk::of_sample(view.water()).around() };
+        let is_counted = |p: &[f32; 3]| view.counted.contains((*p).into());
+        view.all_counted = view.positions.par_iter().with_min_len(PIECE).all(is_counted);
+        Ok(view)
+    }
+
+    /// Positions of water, evenly spread over the file.
+    fn water(&self) -> Vec<[f32; 3]> {
+        self.sample(None).into_iter().map(|i| self.positions[i]).collect()
+    }
+
+    /// How far from the origin, along any axis, coordinates of particles `spacing` apart still tell neighbours from one another;
+    /// farther than all of the bulk, whatever spacing is asked for.
+    pub fn reach(&self, spacing: f64) -> f32 {
+        let bulk = self.bounds.min.abs().max(self.bounds.max.abs()).max_element();
+        let bulk = if self.is_empty() { 1.0 } else { bulk };
+        // One step less than the bits of f32: neighbours are two steps apart there.
+        let resolved = spacing * f64::from(1 << (f32::MANTISSA_DIGITS - 1));
+        (resolved as f32).max(1024.0 * bulk).min(f32::MAX / 1024.0)
     }
 
     pub fn is_empty(&self) -> bool {
@@ -54,15 +90,15 @@ impl View {
         self.sets.as_ref().map_or(index == 0, |sets| sets.iter().any(|&set| usize::from(set) == index))
     }
 
-    /// Whether point `i` is finite and in the default set; where that one is empty, in one drawn as water, else in any.
+    /// Whether point `i` is no stray and in the default set; where that one is empty, in one drawn as water, else in any.
     pub fn is_water(&self, i: usize) -> bool {
         let is_in = |sets: &Vec<u8>| self.water.get(usize::from(sets[i])).is_some_and(|water| *water);
-        is_finite(&self.positions[i]) && self.sets.as_ref().is_none_or(is_in)
+        self.counted.contains(self.positions[i].into()) && self.sets.as_ref().is_none_or(is_in)
     }
 
     /// The positions of the default set without those that `left_out` marks.
     pub fn liquid(&self, left_out: Option<&[bool]>) -> Subset<'_> {
-        if self.all_finite && self.sets.is_none() && left_out.is_none() {
+        if self.all_counted && self.sets.is_none() && left_out.is_none() {
             return Subset::all(&self.positions);
         }
         let is_in = |i| self.is_water(i) && left_out.is_none_or(|left_out| !left_out[i]);
@@ -77,9 +113,9 @@ impl View {
         (0..self.positions.len()).step_by(step).filter(is_in).collect()
     }
 
-    /// The axis along which all finite points lie in one plane.
+    /// The axis along which all points of the body lie in one plane.
     pub fn flat_axis(&self) -> Option<usize> {
-        let extent = self.bounds.extent();
+        let extent = self.body.extent();
         let flat = (0..3).find(|&axis| extent[axis] <= 1e-6 * extent.max_element());
         // A point or a line has no plane.
         flat.filter(|&axis| (0..3).filter(|&other| other != axis).all(|other| extent[other] > 0.0))
@@ -101,35 +137,37 @@ fn water_sets(plans: &[SetPlan], sets: &[u8]) -> Vec<bool> {
     [default, drawn_as_water].into_iter().find(has_points).unwrap_or_else(|| vec![true; plans.len()])
 }
 
-fn is_finite(point: &[f32; 3]) -> bool {
-    point.iter().all(|c| c.is_finite())
-}
+/// Lengths of the body that it may be away from the place that was subtracted: steps of f32 are then a millionth of its length.
+const FAR: f32 = 16.0;
 
 /// Points looked at by one task.
 const PIECE: usize = 1 << 14;
 
-/// The box around the finite ones of `points`, and whether all are.
-fn finite_bounds(points: &[[f32; 3]]) -> (Aabb, bool) {
-    points.par_chunks(PIECE).map(piece_bounds).reduce(|| piece_bounds(&[]), union)
+/// The positions of `frame` relative to some place in its bulk, that place, and the bulk of the positions: rounding to f32 far from
+/// zero would eat into the estimates, so the place is subtracted before.
+fn positions_near_zero(frame: &FrameData, cancel: &Cancel) -> Result<(Vec<[f32; 3]>, DVec3, Bulk), Error> {
+    let near = DVec3::from(frame.some_place(cancel)?);
+    let positions = frame.positions(near.to_array(), cancel)?;
+    let bulk = Bulk::of(&positions);
+    let body = bulk.body();
+    // Seen from far away, such as from where particles that left are parked, all the others are in the same place.
+    let is_near = body.center().abs().max_element() <= FAR * body.extent().max_element();
+    if body.is_empty() || is_near {
+        return Ok((positions, near, bulk));
+    }
+    let near = near + body.center().as_dvec3();
+    let positions = frame.positions(near.to_array(), cancel)?;
+    let bulk = Bulk::of(&positions);
+    Ok((positions, near, bulk))
 }
 
-/// Subtracts `shift` from `points`; [`finite_bounds`] of what they become.
-fn shifted_bounds(points: &mut [[f32; 3]], shift: Vec3) -> (Aabb, bool) {
-    let shifted = |piece: &mut [[f32; 3]]| {
-        piece.iter_mut().for_each(|p| *p = (Vec3::from(*p) - shift).to_array());
-        piece_bounds(piece)
+/// The boxes around those of `points` that are in each of `regions`.
+fn bounds_within(points: &[[f32; 3]], regions: [Aabb; 2]) -> [Aabb; 2] {
+    let of_piece = |piece: &[[f32; 3]]| {
+        regions.map(|region| Aabb::of_points(piece.iter().filter(|p| region.contains((**p).into()))))
     };
-    points.par_chunks_mut(PIECE).map(shifted).reduce(|| piece_bounds(&[]), union)
-}
-
-fn piece_bounds(piece: &[[f32; 3]]) -> (Aabb, bool) {
-    piece.iter().fold((Aabb::EMPTY, true), |(bounds, all), point| {
-        if is_finite(point) { (bounds.with_point((*point).into()), all) } else { (bounds, false) }
-    })
-}
-
-fn union(a: (Aabb, bool), b: (Aabb, bool)) -> (Aabb, bool) {
-    (a.0.union(b.0), a.1 && b.1)
+    let union = |[a, b]: [Aabb; 2], [c, d]: [Aabb; 2]| [a.union(c), b.union(d)];
+    points.par_chunks(PIECE).map(of_piece).reduce(|| [Aabb::EMPTY; 2], union)
 }
 
 /// The centre of `bounds` (relative to `near`, file space), rounded to a tenth of the extent's power of ten, so that it is a
