@@ -3,42 +3,73 @@
 use std::collections::HashMap;
 
 use glam::{Vec2, Vec3};
-use meniscus_core::{Aabb, ParticleFrame, UpAxis};
+use meniscus_core::{Aabb, Bulk, ParticleFrame, UpAxis};
 use rayon::prelude::*;
 
 /// Particles looked at: quantiles of this many are good to half a percent.
 const SAMPLES: usize = 200_000;
 
-/// Share of the particles, per axis and side, that may be strays.
-const STRAYS: f64 = 5e-4;
+/// Share of the particles under the body that have leaked out of it, rather than that the floor is below them. One of a hundred
+/// counts as such a share, too.
+const LEAKED: f64 = 1e-3;
+const FEWEST: usize = 100;
 
-/// How far, in lengths of the box without strays, a particle may lie outside of it and still count: a jet goes as high as
-/// the water is wide, what has left the domain goes on for ever.
-const REACH: f32 = 1.0;
+/// Particles looked at by one task.
+const PIECE: usize = 1 << 14;
 
-/// Box around the particles without strays: a few that left the simulated domain must not shrink the water to a dot in the
-/// picture. Without strays it is the exact box. `positions` are world.
-pub fn robust_bounds(positions: &[[f32; 3]]) -> Aabb {
-    let exact = Aabb::of_points(positions);
-    if exact.is_empty() {
-        return exact;
-    }
-    let stride = positions.len().div_ceil(SAMPLES);
-    let quantiles = |axis: usize| {
-        let mut values: Vec<f32> = positions.iter().step_by(stride).map(|p| p[axis]).collect();
-        let last = values.len() - 1;
-        // A single one counts in small data too, where it would be more than that share.
-        let tail = ((last as f64 * STRAYS).round() as usize).max(usize::from(last >= 100));
-        let (_, &mut low, _) = values.select_nth_unstable_by(tail, f32::total_cmp);
-        let (_, &mut high, _) = values.select_nth_unstable_by(last - tail, f32::total_cmp);
-        (low, high)
+/// The room that particles take, strays left out.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Extent {
+    /// Box around those that are no strays; its lowest side is where the floor is. World.
+    pub bounds: Aabb,
+    /// How many particles are strays.
+    pub strays: usize,
+}
+
+/// The room that `positions`, world, take: a few that left the simulated domain must not shrink the water to a dot in the picture,
+/// and a few that fell through the floor must not leave it floating over the ground. Without strays it is the exact box.
+pub fn extent(positions: &[[f32; 3]], up: UpAxis) -> Extent {
+    let (bulk, up) = (Bulk::of(positions), up.index());
+    let (body, around) = (bulk.body(), bulk.around());
+    let of_piece = |piece: &[[f32; 3]]| {
+        let counted = || piece.iter().filter(|p| around.contains(Vec3::from(**p)));
+        let below: Vec<f32> = counted().map(|p| p[up]).filter(|height| *height < body.min[up]).collect();
+        let above = Aabb::of_points(counted().filter(|p| p[up] >= body.min[up]));
+        Piece { above, below, strays: piece.len() - counted().count() }
     };
-    let sides = [0, 1, 2].map(quantiles);
-    let core = Aabb { min: Vec3::from(sides.map(|s| s.0)), max: Vec3::from(sides.map(|s| s.1)) };
-    // Spray goes higher than the bulk is wide when the bulk is flat, so the reach is that of the longest side.
-    let reach = REACH * core.extent().max_element();
-    let allowed = core.inflated(reach);
-    Aabb { min: exact.min.max(allowed.min), max: exact.max.min(allowed.max) }
+    let all = positions.par_chunks(PIECE).map(of_piece).reduce(Piece::default, Piece::union);
+    let mut below = all.below;
+    below.sort_unstable_by(f32::total_cmp);
+    let leaked = (positions.len() as f64 * LEAKED) as usize;
+    let leaked = leaked.max(usize::from(positions.len() >= FEWEST)).min(below.len());
+    let mut bounds = all.above;
+    if let Some(floor) = below.get(leaked) {
+        let is_counted = |p: &&[f32; 3]| around.contains(Vec3::from(**p)) && p[up] >= *floor;
+        bounds = Aabb::of_points(positions.iter().filter(is_counted));
+    }
+    Extent { bounds, strays: all.strays + leaked }
+}
+
+/// What is known of some of the particles.
+struct Piece {
+    /// Box around those that are no strays and not under the body.
+    above: Aabb,
+    /// Heights of those that are no strays and under it.
+    below: Vec<f32>,
+    strays: usize,
+}
+
+impl Default for Piece {
+    fn default() -> Self {
+        Self { above: Aabb::EMPTY, below: Vec::new(), strays: 0 }
+    }
+}
+
+impl Piece {
+    fn union(mut self, mut other: Self) -> Self {
+        self.below.append(&mut other.below);
+        Self { above: self.above.union(other.above), below: self.below, strays: self.strays + other.strays }
+    }
 }
 
 /// How far the `particles` inside `bounds` (world) reach, those of size 1 drawn with `radius_world`, in each of many
@@ -54,7 +85,7 @@ pub fn outline(particles: &ParticleFrame, bounds: Aabb, radius_world: f32) -> Ve
         })
         .collect();
     let furthest = |direction: &Vec3| {
-        let inside = |(p, _): &(Vec3, f32)| p.cmpge(bounds.min).all() && p.cmple(bounds.max).all();
+        let inside = |(p, _): &(Vec3, f32)| bounds.contains(*p);
         // Added to what is the same for all, so that without sizes it is nothing.
         let reach = |&(p, size): &(Vec3, f32)| p.dot(*direction) + (size - 1.0) * radius_world;
         let stride = particles.len().div_ceil(10 * SAMPLES).max(1);
@@ -119,36 +150,59 @@ mod tests {
         assert!(found.iter().all(|p| (p.length() - 1.0).abs() < 1e-5));
     }
 
+    const UP: UpAxis = UpAxis::Z;
+
     #[test]
     fn without_strays_the_box_is_exact() {
         let points = lattice([20, 20, 20], 0.1);
-        assert_eq!(robust_bounds(&points), Aabb::of_points(&points));
-        assert_eq!(robust_bounds(&[[1.0, 2.0, 3.0]]), Aabb::of_points(&[[1.0, 2.0, 3.0]]));
-        assert!(robust_bounds(&[]).is_empty());
+        assert_eq!(extent(&points, UP), Extent { bounds: Aabb::of_points(&points), strays: 0 });
+        assert_eq!(extent(&[[1.0, 2.0, 3.0]], UP).bounds, Aabb::of_points(&[[1.0, 2.0, 3.0]]));
+        assert!(extent(&[], UP).bounds.is_empty());
     }
 
     #[test]
     fn strays_do_not_stretch_the_box() {
-        let mut points = lattice([20, 20, 20], 0.1);
-        points.push([1.0, 1.0, -500.0]);
-        points.push([900.0, 1.0, 1.0]);
-        let bounds = robust_bounds(&points);
-        // The bulk is 1.9 wide; as much is allowed on each side.
-        assert!(bounds.extent().max_element() < 1.9 * 3.01, "{bounds:?}");
+        let water = lattice([20, 20, 20], 0.1);
+        for far in [vec![[1.0, 1.0, -500.0], [900.0, 1.0, 1.0]], vec![[-1000.0; 3]; 150], vec![[f32::MAX; 3]]]
+        {
+            let points = [water.clone(), far.clone()].concat();
+            assert_eq!(extent(&points, UP), Extent { bounds: Aabb::of_points(&water), strays: far.len() });
+        }
     }
 
     #[test]
     fn one_stray_among_a_few_hundred_is_one() {
         let mut points = lattice([8, 8, 8], 1.0);
+        let bounds = Aabb::of_points(&points);
         points.push([1e12, 0.5, 0.5]);
-        assert!(robust_bounds(&points).extent().max_element() < 25.0);
+        assert_eq!(extent(&points, UP), Extent { bounds, strays: 1 });
     }
 
     #[test]
     fn a_splash_above_the_bulk_stays_in() {
         let mut points = lattice([20, 20, 4], 0.1);
         points.push([1.0, 1.0, 1.7]);
-        assert_eq!(robust_bounds(&points).max.z, 1.7);
+        assert_eq!(extent(&points, UP).bounds.max.z, 1.7);
+    }
+
+    #[test]
+    fn the_floor_does_not_follow_a_few_that_leaked_through_it() {
+        let mut points = lattice([40, 20, 10], 0.1);
+        let bounds = Aabb::of_points(&points);
+        points.extend([[1.0, 1.0, -1.2], [3.0, 1.0, -0.9]]);
+        assert_eq!(extent(&points, UP), Extent { bounds, strays: 2 });
+        // Sideways it is spray.
+        assert_eq!(extent(&points, UpAxis::Y).bounds.min.z, -1.2);
+    }
+
+    #[test]
+    fn the_floor_is_under_what_falls() {
+        let mut points = lattice([40, 20, 10], 0.1);
+        // Drops of a hundredth of the water.
+        points.extend((0..80).map(|i| [1.0 + 0.3 * (i % 8) as f32, 0.5, -1.0 - 0.2 * (i / 8) as f32]));
+        let bounds = extent(&points, UP).bounds;
+        // A thousandth of the particles counts as leaked: just the lowest row.
+        assert!((bounds.min.z - -2.6).abs() < 1e-5, "{bounds:?}");
     }
 
     #[test]

@@ -7,7 +7,7 @@ use meniscus_shading::WaterScale;
 use meniscus_ssfr::AnisotropyParams;
 
 use crate::colors::{sample, uncolored, without_values};
-use crate::measure::{column_depth, outline, robust_bounds};
+use crate::measure::{Extent, column_depth, extent, outline};
 use crate::{FoamSettings, PipelineError, Settings, foam};
 
 /// What stays the same over a series: its space, the room it takes, the scene around it and how clear the water is.
@@ -24,6 +24,7 @@ pub struct World {
     foam: Option<(FoamOptions, Choice)>,
     water_particles: usize,
     form: Option<Choice>,
+    strays: Option<Choice>,
 }
 
 impl World {
@@ -123,6 +124,7 @@ impl World {
             foam,
             water_particles,
             form,
+            strays: strays_choice(measured.iter().map(|m| &m.strays)),
         })
     }
 
@@ -187,7 +189,8 @@ impl World {
         };
         let foam = self.foam.as_ref().map(|(_, choice)| choice.clone());
         let colors = self.color_choices.iter().cloned();
-        std::iter::once(absorption).chain(self.form.clone()).chain(colors).chain(foam).collect()
+        let own = self.strays.iter().chain(&self.form).cloned();
+        std::iter::once(absorption).chain(own).chain(colors).chain(foam).collect()
     }
 }
 
@@ -214,8 +217,28 @@ fn form_choice(anisotropy: &AnisotropyParams, particles: usize) -> Option<Choice
     })
 }
 
+/// Particles of a frame that are far from the others.
+struct Strays {
+    count: usize,
+    of: usize,
+    frame: usize,
+}
+
+/// What is said of strays: of the frame that has most of them, if any has.
+fn strays_choice<'a>(strays: impl Iterator<Item = &'a Strays>) -> Option<Choice> {
+    let most = strays.filter(|strays| strays.count > 0).max_by_key(|strays| strays.count)?;
+    let Strays { count, of, frame } = most;
+    Some(Choice {
+        what: "strays".into(),
+        value: format!("{count} of {of} particles of frame {frame}, not framed by the camera"),
+        reason: "few, and a gap away from the others or below them".into(),
+        flag: "--camera to see them, --box to leave them out".into(),
+    })
+}
+
 struct Measured {
     bounds: Aabb,
+    strays: Strays,
     outline: Vec<Vec3>,
     water_particles: usize,
     /// Median depth of water columns, `None` without water.
@@ -231,7 +254,13 @@ struct Measured {
 impl Measured {
     fn of(frame: &SetFrame, space: &SeriesSpace, quantity: Option<&Quantity>, foam: &FoamSettings) -> Self {
         let drawn = || frame.sets.iter().filter(|set| set.look != Look::Hidden && !set.particles.is_empty());
-        let bounds = drawn().fold(Aabb::EMPTY, |all, set| all.union(robust_bounds(&set.particles.positions)));
+        let extents: Vec<Extent> = drawn().map(|set| extent(&set.particles.positions, space.up)).collect();
+        let bounds = extents.iter().fold(Aabb::EMPTY, |all, of_set| all.union(of_set.bounds));
+        let strays = Strays {
+            count: extents.iter().map(|of_set| of_set.strays).sum(),
+            of: drawn().map(|set| set.particles.len()).sum(),
+            frame: frame.index,
+        };
         let outline = drawn().flat_map(|set| outline(&set.particles, bounds, space.radius as f32)).collect();
         let spacing = space.spacing as f32;
         let water = || drawn().filter(|set| set.look == Look::Water);
@@ -240,6 +269,15 @@ impl Measured {
         let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
         let plain = quantity.map(|quantity| without_values(frame, quantity).map(str::to_owned).collect());
         let speeds = foam.velocity().map(|velocity| foam::sample(frame, velocity)).unwrap_or_default();
-        Self { bounds, outline, water_particles, depth, values, plain: plain.unwrap_or_default(), speeds }
+        Self {
+            bounds,
+            strays,
+            outline,
+            water_particles,
+            depth,
+            values,
+            plain: plain.unwrap_or_default(),
+            speeds,
+        }
     }
 }
