@@ -100,15 +100,17 @@ pub fn outline(particles: &ParticleFrame, bounds: Aabb, radius_world: f32) -> Ve
 }
 
 /// Median depth of the water over the ground it covers, world: the volume of particles over the area of a column, columns
-/// being four spacings wide. Those of size 1 are `spacing_world` apart.
-pub fn column_depth(particles: &ParticleFrame, up: UpAxis, spacing_world: f32) -> f32 {
+/// being four spacings wide. Those of size 1 are `spacing_world` apart; those outside of `bounds` (world), each of which would be a
+/// column of its own, do not count.
+pub fn column_depth(particles: &ParticleFrame, bounds: Aabb, up: UpAxis, spacing_world: f32) -> f32 {
     const WIDTH_IN_SPACINGS: f32 = 4.0;
     let width = spacing_world * WIDTH_IN_SPACINGS;
     let (a, b) = ((up.index() + 1) % 3, (up.index() + 2) % 3);
     // A sample of millions keeps the median of the columns within a few percent.
     let stride = particles.len().div_ceil(10 * SAMPLES);
     let mut columns: HashMap<(i32, i32), f64> = HashMap::new();
-    for (i, p) in particles.positions.iter().enumerate().step_by(stride.max(1)) {
+    let is_inside = |(_, p): &(usize, &[f32; 3])| bounds.contains(Vec3::from(**p));
+    for (i, p) in particles.positions.iter().enumerate().step_by(stride.max(1)).filter(is_inside) {
         let column = ((p[a] / width).floor() as i32, (p[b] / width).floor() as i32);
         *columns.entry(column).or_default() += f64::from(particles.size(i)).powi(3);
     }
@@ -225,6 +227,9 @@ mod tests {
 
     #[test]
     fn the_depth_of_a_box_is_its_depth() {
+        let column_depth = |particles: &ParticleFrame, up, spacing| {
+            column_depth(particles, extent(&particles.positions, up).bounds, up, spacing)
+        };
         // Multiples of the column width, so that no column is cut.
         let points = lattice([16, 16, 12], 0.1);
         let depth = column_depth(&of_one_size(points.clone()), UpAxis::Z, 0.1);
@@ -236,6 +241,11 @@ mod tests {
         let mut tower = points.clone();
         tower.extend(lattice([8, 8, 40], 0.1).into_iter().map(|[x, y, z]| [x, y, z + 1.2]));
         let depth = column_depth(&of_one_size(tower), UpAxis::Z, 0.1);
+        assert!((depth - 1.2).abs() < 1e-5, "{depth}");
+        // Nor are strays, each in a column of its own, however few.
+        let mut strays = points.clone();
+        strays.extend((0..50).map(|i| [100.0 * i as f32 - 2525.0, 0.0, 0.0]));
+        let depth = column_depth(&of_one_size(strays), UpAxis::Z, 0.1);
         assert!((depth - 1.2).abs() < 1e-5, "{depth}");
         // Half as far apart is an eighth of the volume.
         let sizes = vec![0.5; points.len()];

@@ -265,7 +265,8 @@ impl Measured {
         let spacing = space.spacing as f32;
         let water = || drawn().filter(|set| set.look == Look::Water);
         let water_particles = water().map(|set| set.particles.len()).sum();
-        let depth = water().map(|set| column_depth(&set.particles, space.up, spacing)).reduce(f32::max);
+        let depth =
+            water().map(|set| column_depth(&set.particles, bounds, space.up, spacing)).reduce(f32::max);
         let values = quantity.map(|quantity| sample(frame, quantity)).unwrap_or_default();
         let plain = quantity.map(|quantity| without_values(frame, quantity).map(str::to_owned).collect());
         let speeds = foam.velocity().map(|velocity| foam::sample(frame, velocity)).unwrap_or_default();
