@@ -102,9 +102,8 @@ impl Studio {
         }
         let world = World::of_series(series, *series.space(), &settings)?;
         // Pure water absorbs by its unit, not by the depth of the data.
-        if settings.lighting.parameters.get("pure_water") != Some(&serde_json::Value::Bool(true)) {
-            choices.extend(world.choices());
-        }
+        let is_pure = settings.lighting.parameters.get("pure_water") == Some(&serde_json::Value::Bool(true));
+        choices.extend(world.choices().into_iter().filter(|choice| !is_pure || choice.what != "absorption"));
         choices.extend(args.params.iter().filter_map(vtk_name));
         if !sets_exposure(args) {
             choices.extend(settings.expose_for_liquid(&registry));
