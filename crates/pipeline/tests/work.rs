@@ -170,7 +170,7 @@ fn shapes_are_found_once() {
     // Smoothed as little as ellipsoids are.
     let mut settings = Settings::default();
     settings.set("anisotropy.form", "none").unwrap();
-    settings.set("filter.sigma", "0.6").unwrap();
+    settings.set("filter.sigma", "0.8").unwrap();
     settings.set("filter.iterations", "1").unwrap();
     let mut spheres = Set::with(settings);
     spheres.draw(MIDDLE, ALL);

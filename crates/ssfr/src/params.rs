@@ -71,7 +71,7 @@ pub enum Anisotropy {
 }
 
 /// Ellipsoids in place of the spheres that may be seen, each after how its neighbours lie (`main-renderer.md` 5.6). They leave less to
-/// smooth: narrow-range with a sigma of 0.6 in one iteration does, which the pipeline takes at full detail where nothing is said of it.
+/// smooth: narrow-range with a sigma of 0.8 in one iteration does, which the pipeline takes at full detail where nothing is said of it.
 /// Shapes are found anew in every frame of particles, which takes software drivers longer than a picture where there are many.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]

@@ -281,7 +281,7 @@ mod tests {
         let of = |are_stated| speed(&Times { list: vec![(0, 0.0), (1, 1e-6)], are_stated }, 1e-6, rate);
         let said = of(true).map(|choice| choice.to_string()).unwrap_or_default();
         assert!(
-            said.starts_with("speed: 2.5e-5 of real time (the usual step between frames, 1e-6 s,"),
+            said.starts_with("speed: 0.000025 of real time (the usual step between frames, 1e-6 s,"),
             "{said}"
         );
         assert_eq!(of(false), None);
