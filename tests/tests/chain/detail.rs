@@ -6,6 +6,7 @@ use meniscus_core::{Camera, Projection};
 use meniscus_gpu::CameraUniform;
 use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle};
 use meniscus_pipeline::{LodMode, LodParams, Refinement, Settings};
+use meniscus_ssfr::Anisotropy;
 use meniscus_ssfr::twin::{self, HostSet, HostView};
 use meniscus_tests::golden::{flicker, ssim_map};
 use meniscus_tests::{Mask, Pixels, Shot, Studio, space};
@@ -40,6 +41,7 @@ fn studio(positions: Vec<[f32; 3]>, filter: &str) -> Studio {
     let mut settings = Settings::default();
     settings.scene.floor = Some(false);
     settings.surface.filter.name = filter.to_owned();
+    settings.surface.anisotropy.form = Some(Anisotropy::None);
     Studio::new(positions, space(SPACING, RADIUS), settings).expect("a studio")
 }
 

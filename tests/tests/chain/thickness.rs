@@ -3,6 +3,7 @@
 use glam::Vec3;
 use meniscus_cases::lattice::{self, Body};
 use meniscus_pipeline::Settings;
+use meniscus_ssfr::Anisotropy;
 use meniscus_tests::{Shot, Studio, space};
 
 const SPACING: f32 = 0.05;
@@ -18,6 +19,8 @@ fn settings(lod: f32) -> Settings {
     let mut settings = Settings::default();
     settings.lod.threshold = lod;
     settings.scene.floor = Some(false);
+    // Mass is drawn as spheres; what of it sticks out of ellipsoids, a fraction of a radius all around, is not seen.
+    settings.surface.anisotropy.form = Some(Anisotropy::None);
     settings
 }
 
