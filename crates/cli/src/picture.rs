@@ -203,8 +203,8 @@ fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, O
                 Projection::Perspective { fovy_rad } => fovy_rad.to_degrees(),
                 Projection::Orthographic { .. } => 0.0,
             };
-            // A millionth of the way to the target, whatever the unit; for data near 1 and larger at least six decimals.
-            let decimals = 6 + (-eye.distance(target).log10()).ceil().max(0.0) as usize;
+            // A millionth of the way to the target, whatever the unit; for data near 1 and larger at least six decimals. Of no way, all there are.
+            let decimals = 6 + (-eye.distance(target).log10()).ceil().clamp(0.0, 300.0) as usize;
             let comma = |v: DVec3| format!("{:.decimals$},{:.decimals$},{:.decimals$}", v.x, v.y, v.z);
             let up = camera.up.as_dvec3();
             let choice = Choice {
