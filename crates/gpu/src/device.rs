@@ -129,7 +129,7 @@ impl Gpu {
         })
     }
 
-    /// Compiles a compute pass.
+    /// Composes a compute pass, which is compiled when it is first recorded.
     ///
     /// # Errors
     /// [`GpuError::Shader`] when the shader does not compose or validate.

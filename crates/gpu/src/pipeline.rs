@@ -1,7 +1,7 @@
 //! Pipelines whose bindings and workgroup sizes come from the shader itself.
 
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{LazyLock, OnceLock};
 
 use crate::{Definition, Gpu, GpuError, Shader, TextureRole, shader};
 
@@ -41,17 +41,20 @@ impl ComputePipelineDescriptor<'_> {
     }
 }
 
-/// A compiled compute pass.
+/// A compute pass whose shader is known to be right. The driver compiles it when it is first recorded: of the variants of a
+/// pass, few runs draw all.
 #[derive(Debug)]
 pub struct ComputePipeline {
     pub(crate) name: &'static str,
-    pub(crate) pipeline: wgpu::ComputePipeline,
+    pub(crate) pipeline: LazyLock<wgpu::ComputePipeline, CompilePass>,
     pub(crate) bindings: Bindings,
     workgroup_size: [u32; 3],
     counting: Option<Counting>,
 }
 
-/// The variant of a pass that counts its work; compiled when it is first wanted, which few runs do.
+type CompilePass = Box<dyn FnOnce() -> wgpu::ComputePipeline + Send + Sync>;
+
+/// The variant of a pass that counts its work; composed when it is first wanted, which few runs do.
 #[derive(Debug)]
 struct Counting {
     counter: &'static str,
@@ -80,14 +83,18 @@ impl ComputePipeline {
         let workgroup_size = entry.workgroup_size;
         let bindings = reflect(device, name, &module, wgpu::ShaderStages::COMPUTE)?;
         let layout = pipeline_layout(device, name, &bindings);
-        let pipeline = device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
-            label: Some(name),
-            layout: Some(&layout),
-            module: &shader::module(device, &descriptor.shader, module),
-            entry_point: Some("main"),
-            compilation_options: Default::default(),
-            cache,
-        });
+        let (device, cache, shader) = (device.clone(), cache.cloned(), descriptor.shader);
+        let compile = move || {
+            device.create_compute_pipeline(&wgpu::ComputePipelineDescriptor {
+                label: Some(name),
+                layout: Some(&layout),
+                module: &shader::module(&device, &shader, module),
+                entry_point: Some("main"),
+                compilation_options: Default::default(),
+                cache: cache.as_ref(),
+            })
+        };
+        let pipeline = LazyLock::new(Box::new(compile) as CompilePass);
         let counting = descriptor.counts.map(|counter| Counting {
             counter,
             shader: descriptor.shader,

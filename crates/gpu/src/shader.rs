@@ -2,7 +2,7 @@
 //! `#define_import_path` and are imported by name.
 
 use std::borrow::Cow;
-use std::collections::HashMap;
+use std::sync::{Mutex, PoisonError};
 
 use naga::valid::Capabilities;
 use naga_oil::compose::{ComposableModuleDescriptor, Composer, NagaModuleDescriptor, ShaderDefValue};
@@ -16,6 +16,20 @@ pub struct Shader {
     pub name: &'static str,
     /// The text.
     pub source: &'static str,
+}
+
+impl Shader {
+    /// What an include is imported as.
+    fn import_path(&self) -> Option<&'static str> {
+        self.source.lines().find_map(|line| line.strip_prefix("#define_import_path ")).map(str::trim)
+    }
+
+    /// Whether it imports from the include of this `path`.
+    fn imports(&self, path: &str) -> bool {
+        let names =
+            |line: &'static str| line.strip_prefix("#import ")?.strip_prefix(path)?.strip_prefix("::");
+        self.source.lines().any(|line| names(line).is_some())
+    }
 }
 
 /// `shader!("ssfr/depth")`: the file `shaders/ssfr/depth.wgsl` of this workspace; `shader!(include "common/camera")` the
@@ -68,34 +82,91 @@ pub fn compose(
     includes: &[Shader],
     definitions: &[Definition],
 ) -> Result<naga::Module, GpuError> {
-    let shader_defs: HashMap<String, ShaderDefValue> =
-        definitions.iter().map(|d| (d.name.to_owned(), ShaderDefValue::UInt(d.value))).collect();
-    // Raster passes may say that the depth they write is not nearer than the triangle's (`@early_depth_test`).
-    let capabilities = Capabilities::default() | Capabilities::EARLY_DEPTH_TEST;
-    let mut composer = Composer::default().with_capabilities(capabilities);
-    let common = COMMON.iter().filter(|c| !includes.contains(c));
-    for include in common.chain(includes) {
-        let added = composer.add_composable_module(ComposableModuleDescriptor {
-            source: include.source,
-            file_path: include.name,
-            shader_defs: shader_defs.clone(),
-            ..Default::default()
-        });
-        if let Err(error) = added.map(|_| ()) {
-            return Err(failure(include.name, error.emit_to_string(&composer)));
-        }
+    let includes: Vec<Shader> =
+        COMMON.iter().filter(|c| !includes.contains(c)).chain(includes).copied().collect();
+    let mut known = KNOWN.lock().unwrap_or_else(PoisonError::into_inner);
+    let place = known.iter().position(|library| library.fits(&includes)).unwrap_or_else(|| {
+        known.push(Library::new());
+        known.len() - 1
+    });
+    let library = &mut known[place];
+    library.add(&includes)?;
+    library.compose(shader, &includes, definitions)
+}
+
+/// Includes that were parsed before. What compiles shaders is itself slow to make, and most passes share their includes.
+static KNOWN: Mutex<Vec<Library>> = Mutex::new(Vec::new());
+
+/// Raster passes may say that the depth they write is not nearer than the triangle's (`@early_depth_test`).
+fn capabilities() -> Capabilities {
+    Capabilities::default() | Capabilities::EARLY_DEPTH_TEST
+}
+
+/// Includes of which no two have the same import path.
+struct Library {
+    composer: Composer,
+    includes: Vec<Shader>,
+}
+
+impl Library {
+    fn new() -> Self {
+        Self { composer: Composer::default().with_capabilities(capabilities()), includes: Vec::new() }
     }
-    let module = composer
-        .make_naga_module(NagaModuleDescriptor {
-            source: shader.source,
-            file_path: shader.name,
-            shader_defs,
-            ..Default::default()
-        })
-        .map_err(|e| failure(shader.name, e.emit_to_string(&composer)))?;
-    let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities);
-    validator.validate(&module).map_err(|e| failure(shader.name, format!("{:?}", e.into_inner())))?;
-    Ok(module)
+
+    /// Whether none of `includes` would replace another one: the composer mixes up the places of errors when that happens.
+    fn fits(&self, includes: &[Shader]) -> bool {
+        let replaces =
+            |a: &Shader| self.includes.iter().any(|b| a.import_path() == b.import_path() && a != b);
+        !includes.iter().any(replaces)
+    }
+
+    fn add(&mut self, includes: &[Shader]) -> Result<(), GpuError> {
+        for include in includes {
+            if self.includes.contains(include) {
+                continue;
+            }
+            // Definitions come with the passes.
+            let added = self.composer.add_composable_module(ComposableModuleDescriptor {
+                source: include.source,
+                file_path: include.name,
+                ..Default::default()
+            });
+            if let Err(error) = added.map(|_| ()) {
+                return Err(failure(include.name, error.emit_to_string(&self.composer)));
+            }
+            self.includes.push(*include);
+        }
+        Ok(())
+    }
+
+    fn compose(
+        &mut self,
+        shader: &Shader,
+        includes: &[Shader],
+        definitions: &[Definition],
+    ) -> Result<naga::Module, GpuError> {
+        // What another pass brought along is not there for this one, whichever was compiled first.
+        for other in self.includes.iter().filter(|other| !includes.contains(other)) {
+            if let Some(path) = other.import_path().filter(|path| shader.imports(path)) {
+                return Err(failure(shader.name, format!("imports {path}, which is not among its includes")));
+            }
+        }
+        let module = self
+            .composer
+            .make_naga_module(NagaModuleDescriptor {
+                source: shader.source,
+                file_path: shader.name,
+                shader_defs: definitions
+                    .iter()
+                    .map(|d| (d.name.to_owned(), ShaderDefValue::UInt(d.value)))
+                    .collect(),
+                ..Default::default()
+            })
+            .map_err(|e| failure(shader.name, e.emit_to_string(&self.composer)))?;
+        let mut validator = naga::valid::Validator::new(naga::valid::ValidationFlags::all(), capabilities());
+        validator.validate(&module).map_err(|e| failure(shader.name, format!("{:?}", e.into_inner())))?;
+        Ok(module)
+    }
 }
 
 fn failure(shader: &str, message: String) -> GpuError {
@@ -130,14 +201,9 @@ mod tests {
 
     /// Includes of the same folder, each after those it imports.
     fn dependencies_first(mut rest: Vec<Shader>) -> Vec<Shader> {
-        let path = |s: &Shader| {
-            s.source.lines().find_map(|l| l.strip_prefix("#define_import_path ")).unwrap().trim()
-        };
-        let imports =
-            |s: &Shader, path: &str| s.source.lines().any(|l| l.starts_with(&format!("#import {path}::")));
         let mut ordered: Vec<Shader> = Vec::new();
         while !rest.is_empty() {
-            let free = |s: &&Shader| rest.iter().all(|other| !imports(s, path(other)));
+            let free = |s: &&Shader| rest.iter().all(|other| !s.imports(other.import_path().unwrap()));
             let next = *rest.iter().find(free).expect("imports do not go round in circles");
             rest.retain(|s| *s != next);
             ordered.push(next);
@@ -190,5 +256,33 @@ mod tests {
             source: "#import meniscus::nothing::f\n@compute @workgroup_size(1) fn main() { f(); }",
         };
         assert!(compose(&missing, &[], &[]).unwrap_err().to_string().contains("nothing"));
+    }
+
+    const ANSWER: Shader = Shader {
+        name: "test/answer",
+        source: "#define_import_path meniscus::answer\n#ifdef LARGE\nconst answer = 42u;\n#else\nconst answer = 4u;\n#endif",
+    };
+    const ASKS: Shader = Shader {
+        name: "test/asks",
+        source: "#import meniscus::answer::answer\n@compute @workgroup_size(answer) fn main() {}",
+    };
+
+    fn answer_of(includes: &[Shader], definitions: &[Definition]) -> Result<u32, GpuError> {
+        compose(&ASKS, includes, definitions).map(|module| module.entry_points[0].workgroup_size[0])
+    }
+
+    /// Includes are kept from pass to pass; what a pass defines, and which include it means, is its own.
+    #[test]
+    fn passes_know_nothing_of_each_other() {
+        let other =
+            Shader { name: "test/other", source: "#define_import_path meniscus::answer\nconst answer = 7u;" };
+        let large = Definition { name: "LARGE", value: 1 };
+        for _ in 0..2 {
+            assert_eq!(answer_of(&[ANSWER], &[]).unwrap(), 4);
+            assert_eq!(answer_of(&[ANSWER], &[large]).unwrap(), 42);
+            assert_eq!(answer_of(&[other], &[large]).unwrap(), 7);
+            let error = answer_of(&[], &[]).unwrap_err().to_string();
+            assert!(error.contains("test/asks") && error.contains("meniscus::answer"), "{error}");
+        }
     }
 }
