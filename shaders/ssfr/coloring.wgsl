@@ -1,9 +1,9 @@
 // Places on a colour scale near the visible surface: per pixel the sums of weights and of weighted places, both in fixed point, so
 // that the order of the particles does not matter. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::particle::PackedParticle
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels}
-#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
+#import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #import meniscus::surface::is_empty
 
 struct ColorScale {
@@ -17,7 +17,6 @@ struct ColorScale {
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<uniform> scale: ColorScale;
 @group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
-@group(0) @binding(4) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(5) var<storage, read> values: array<f32>;
 @group(0) @binding(6) var front: texture_2d<f32>;
 // Weights, then weighted places, of each pixel.
@@ -80,19 +79,10 @@ fn draw_particle(grid: Grid, origin: Strip, lane: u32) {
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
     let share = share_of(group, groups);
-#ifdef STRIPS
-    for (var index = share.first; index < strip_count(); index += share.step) {
-        let strip = strips.strips[index];
-        if strip.first_row != NO_ROW {
-            draw_particle(grid, strip, lane);
+    for (var index = share.first; index < item_count(); index += share.step) {
+        let item = item_at(index);
+        for (var i = first_of_lane(lane); i < item.count; i += LANES) {
+            draw_particle(grid, splat_of_item(item, i), lane);
         }
     }
-#else
-    for (var index = share.first; index < ranges[0].first; index += share.step) {
-        let range = ranges[index + 1u];
-        for (var i = lane; i < range.count; i += LANES) {
-            draw_particle(grid, Strip(range.first + i, range.keep, 0u, 0), lane);
-        }
-    }
-#endif
 }

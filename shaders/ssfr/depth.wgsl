@@ -2,9 +2,9 @@
 // bits may be those of the radius' grade. TESTED: of ranges that are drawn after others, so that most of their spheres are hidden.
 // SHAPED: of ranges some of which are ellipsoids. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::particle::PackedParticle
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, grade_of, graded}
-#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
+#import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #import meniscus::tally::count
 #ifdef SHAPED
 #import meniscus::ellipsoid::{Ellipsoid, bounding_sphere, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
@@ -13,7 +13,6 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
-@group(0) @binding(3) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(4) var<storage, read_write> nearest: array<atomic<u32>>;
 
 #ifdef SHAPED
@@ -197,21 +196,11 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let grid = grid_of(camera, 1u);
     let share = share_of(group, groups);
     var visited = 0u;
-#ifdef STRIPS
-    for (var index = share.first; index < strip_count(); index += share.step) {
-        let strip = strips.strips[index];
-        if strip.first_row != NO_ROW {
-            visited += draw_particle(grid, strip, lane);
+    for (var index = share.first; index < item_count(); index += share.step) {
+        let item = item_at(index);
+        for (var i = first_of_lane(lane); i < item.count; i += LANES) {
+            visited += draw_particle(grid, splat_of_item(item, i), lane);
         }
     }
-#else
-    for (var index = share.first; index < ranges[0].first; index += share.step) {
-        let range = ranges[index + 1u];
-        for (var i = lane; i < range.count; i += LANES) {
-            let shape = select(0u, range.shape + i, range.shape > 0u);
-            visited += draw_particle(grid, Strip(range.first + i, range.keep, shape, 0), lane);
-        }
-    }
-#endif
     count(visited);
 }

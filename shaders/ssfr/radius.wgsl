@@ -1,9 +1,9 @@
 // Drawn radius of the splat that is visible in a pixel, of an ellipsoid that of the sphere in its place; the largest where several
 // are equally near. SHAPED: of ranges some of which are ellipsoids. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::particle::PackedParticle
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, chord_at}
-#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
+#import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #ifdef SHAPED
 #import meniscus::ellipsoid::{Ellipsoid, ellipsoid_of, front_of, is_ellipsoid_drawn, ellipsoid_pixels, hit_at}
 #endif
@@ -11,7 +11,6 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
-@group(0) @binding(3) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(4) var<storage, read> nearest: array<f32>;
 @group(0) @binding(5) var<storage, read_write> radius: array<atomic<u32>>;
 #ifdef SHAPED
@@ -90,20 +89,10 @@ fn draw_particle(grid: Grid, origin: Strip, lane: u32) {
 fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>, @builtin(local_invocation_index) lane: u32) {
     let grid = grid_of(camera, 1u);
     let share = share_of(group, groups);
-#ifdef STRIPS
-    for (var index = share.first; index < strip_count(); index += share.step) {
-        let strip = strips.strips[index];
-        if strip.first_row != NO_ROW {
-            draw_particle(grid, strip, lane);
+    for (var index = share.first; index < item_count(); index += share.step) {
+        let item = item_at(index);
+        for (var i = first_of_lane(lane); i < item.count; i += LANES) {
+            draw_particle(grid, splat_of_item(item, i), lane);
         }
     }
-#else
-    for (var index = share.first; index < ranges[0].first; index += share.step) {
-        let range = ranges[index + 1u];
-        for (var i = lane; i < range.count; i += LANES) {
-            let shape = select(0u, range.shape + i, range.shape > 0u);
-            draw_particle(grid, Strip(range.first + i, range.keep, shape, 0), lane);
-        }
-    }
-#endif
 }

@@ -1,4 +1,5 @@
 #define_import_path meniscus::strips
+#import meniscus::particle::KeptRange
 
 // Splats of many pixels are not drawn by the invocation that comes across them: all others of its workgroup would wait for it, and
 // lavapipe ends all loops of an invocation after 65 536 turns in all, whatever is left to do. They are cut into strips of rows, which
@@ -19,6 +20,7 @@ struct Strips {
     strips: array<Strip>,
 }
 
+@group(0) @binding(13) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(14) var<storage, read_write> strips: Strips;
 
 // Most pixels of a splat that one invocation draws. On a GPU others wait for it; for a software driver strips are a detour, as long as
@@ -85,6 +87,40 @@ fn part_of(origin: Strip, first: vec2<i32>, last: vec2<i32>, lane: u32) -> Part 
 #endif
 }
 
-fn strip_count() -> u32 {
+// What a workgroup takes at once: a range, whose splats its lanes share, or a strip, of which each lane draws a part.
+struct Item {
+    first: Strip,
+    count: u32,
+}
+
+fn item_count() -> u32 {
+#ifdef STRIPS
     return min(atomicLoad(&strips.count), arrayLength(&strips.strips));
+#else
+    return ranges[0].first;
+#endif
+}
+
+fn item_at(index: u32) -> Item {
+#ifdef STRIPS
+    let strip = strips.strips[index];
+    return Item(strip, select(0u, 1u, strip.first_row != NO_ROW));
+#else
+    let range = ranges[index + 1u];
+    return Item(Strip(range.first, range.keep, range.shape, 0), range.count);
+#endif
+}
+
+// The first splat of an item that a lane draws.
+fn first_of_lane(lane: u32) -> u32 {
+#ifdef STRIPS
+    return 0u;
+#else
+    return lane;
+#endif
+}
+
+fn splat_of_item(item: Item, i: u32) -> Strip {
+    let shape = select(0u, item.first.shape + i, item.first.shape > 0u);
+    return Strip(item.first.particle + i, item.first.keep, shape, item.first.first_row);
 }

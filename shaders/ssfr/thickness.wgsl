@@ -1,10 +1,10 @@
 // Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
 // stand for groups of particles. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, StandIn, KeptRange}
+#import meniscus::particle::{PackedParticle, StandIn}
 #import meniscus::thickness::{Thickness, SATURATED}
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, splat_of_stand_in, is_drawn, footprint, chord_at}
-#import meniscus::strips::{Strip, NO_ROW, part_of, strip_count, strips}
+#import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #import meniscus::tally::count
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -15,7 +15,6 @@
 #else
 @group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
 #endif
-@group(0) @binding(4) var<storage, read> ranges: array<KeptRange>;
 // Farthest the fluid is seen in a block. A buffer: few lanes of a software driver get here at a time, and it would read a texel
 // for all of them.
 @group(0) @binding(5) var<storage, read> limit: array<f32>;
@@ -140,20 +139,11 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     let grid = grid_of(camera, thickness.scale);
     let share = share_of(group, groups);
     var visited = 0u;
-#ifdef STRIPS
-    for (var index = share.first; index < strip_count(); index += share.step) {
-        let strip = strips.strips[index];
-        if strip.first_row != NO_ROW {
-            visited += draw_particle(grid, strip, lane);
+    for (var index = share.first; index < item_count(); index += share.step) {
+        let item = item_at(index);
+        for (var i = first_of_lane(lane); i < item.count; i += LANES) {
+            visited += draw_particle(grid, splat_of_item(item, i), lane);
         }
     }
-#else
-    for (var index = share.first; index < ranges[0].first; index += share.step) {
-        let range = ranges[index + 1u];
-        for (var i = lane; i < range.count; i += LANES) {
-            visited += draw_particle(grid, Strip(range.first + i, range.keep, 0u, 0), lane);
-        }
-    }
-#endif
     count(visited);
 }

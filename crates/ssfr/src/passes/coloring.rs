@@ -105,14 +105,20 @@ impl Coloring {
                         ("splats", page.splats),
                         ("scale", scale.clone()),
                         ("particles", page.particles),
-                        ("ranges", page.ranges),
                         ("values", values[page.index].bind()),
                         ("front", images.front.bind()),
                         ("sums", self.sums.bind()),
                     ];
                     let drawing =
                         PageDrawing { whole: &self.splat, strips: &self.strips, list: &images.strips };
-                    drawing.record(recorder, gpu, "ssfr.coloring", bindings, None, page.groups);
+                    drawing.record(
+                        recorder,
+                        gpu,
+                        "ssfr.coloring",
+                        bindings,
+                        None,
+                        (page.ranges, page.groups),
+                    );
                 });
             }
         }

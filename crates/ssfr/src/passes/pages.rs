@@ -49,7 +49,7 @@ pub(super) struct PageDrawing<'a> {
 }
 
 impl PageDrawing<'_> {
-    /// Records both over `groups`, with the `bindings` of both and those that only `whole` has.
+    /// Records both, with the `bindings` of both; `whole` with its `ranges`, over workgroups for them, and what else only it has.
     pub(super) fn record(
         &self,
         recorder: &mut Recorder,
@@ -57,11 +57,11 @@ impl PageDrawing<'_> {
         name: &str,
         mut bindings: Vec<(&'static str, Binding)>,
         of_whole: Option<(&'static str, Binding)>,
-        groups: Dispatch,
+        (ranges, groups): (Binding, Dispatch),
     ) {
         recorder.clear(gpu, name, self.list, 4);
         bindings.push(("strips", self.list.bind()));
-        let whole: Vec<_> = bindings.iter().cloned().chain(of_whole).collect();
+        let whole: Vec<_> = bindings.iter().cloned().chain(of_whole).chain([("ranges", ranges)]).collect();
         recorder.compute(gpu, name, self.whole, &whole, groups);
         recorder.compute(gpu, name, self.strips, &bindings, Dispatch::Groups(STRIP_SHARES));
     }

@@ -120,7 +120,6 @@ impl SurfacePasses {
                 ("camera", camera.clone()),
                 ("splats", page.splats.clone()),
                 ("particles", page.particles.clone()),
-                ("ranges", page.ranges.clone()),
                 ("nearest", images.nearest.bind()),
             ]
         };
@@ -130,7 +129,7 @@ impl SurfacePasses {
             bindings.extend(shapes);
             let whole = passes.depth.of(page.is_uniform);
             let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
-            drawing.record(recorder, gpu, "ssfr.depth", bindings, None, page.groups);
+            drawing.record(recorder, gpu, "ssfr.depth", bindings, None, (page.ranges, page.groups));
         });
         self.occlusion.record(recorder, gpu, sets, images);
         each_page(recorder, sets, common, List::Visible, |recorder, page| {
@@ -140,7 +139,7 @@ impl SurfacePasses {
             let farthest = Some(("farthest", images.farthest.bind()));
             let whole = passes.tested_depth.of(page.is_uniform);
             let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
-            drawing.record(recorder, gpu, "ssfr.depth", bindings, farthest, page.groups);
+            drawing.record(recorder, gpu, "ssfr.depth", bindings, farthest, (page.ranges, page.groups));
         });
         if common.visible_radius == VisibleRadius::Found {
             let pixels = size[0] as usize * size[1] as usize;
@@ -153,7 +152,7 @@ impl SurfacePasses {
                     bindings.extend(shapes);
                     let (whole, strips) = (&passes.radius, &passes.radius_strips);
                     let drawing = PageDrawing { whole, strips, list: &images.strips };
-                    drawing.record(recorder, gpu, "ssfr.radius", bindings, None, page.groups);
+                    drawing.record(recorder, gpu, "ssfr.radius", bindings, None, (page.ranges, page.groups));
                 });
             }
         }

@@ -123,7 +123,6 @@ impl ThicknessPasses {
                     ("splats", page.splats),
                     ("thickness", parameters.clone()),
                     ("particles", page.particles),
-                    ("ranges", page.ranges),
                     ("limit", reduced.limit.bind()),
                     ("sum", reduced.sum.bind()),
                 ];
@@ -132,7 +131,7 @@ impl ThicknessPasses {
                     _ => (self.thickness.of(page.is_uniform), &self.thickness_strips),
                 };
                 let drawing = PageDrawing { whole, strips, list: &images.strips };
-                drawing.record(recorder, gpu, "ssfr.thickness", bindings, None, page.groups);
+                drawing.record(recorder, gpu, "ssfr.thickness", bindings, None, (page.ranges, page.groups));
             });
         }
         recorder.compute(
