@@ -9,6 +9,7 @@
 mod colors;
 mod counters;
 mod develop;
+mod drawn;
 mod error;
 mod exposure;
 mod foam;

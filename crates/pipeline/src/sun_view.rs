@@ -14,9 +14,9 @@ use meniscus_ssfr::{
     AnisotropyParams, ColoredSet, FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
 };
 
+use crate::drawn::{OPAQUE_LOOKS, splat_inputs, splat_set, viewpoint};
 use crate::images::FrameImages;
 use crate::opaque_sets::{OpaqueSets, Scene};
-use crate::renderer::{OPAQUE_LOOKS, splat_inputs, splat_set, viewpoint};
 use crate::{PipelineError, PreparedFrame, Registry, Settings, World};
 
 /// A picture along the sun's rays, of all that is near the water. It belongs to a series and a size of pictures, not to a camera:
