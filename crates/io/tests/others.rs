@@ -84,9 +84,7 @@ fn density(i: usize) -> f64 {
 fn air_of_another_kind_is_not_drawn_as_water() {
     let folder = tempfile::tempdir().unwrap();
     // However the kind is spelt and stored.
-    for (name, ty) in
-        [("phase", "int"), ("Material_ID", "long"), ("fluidId", "float"), ("ptype", "double"), ("pid", "int")]
-    {
+    for (name, ty) in [("phase", "int"), ("Material_ID", "long"), ("fluidId", "float"), ("ptype", "double")] {
         let file =
             File::lattice().scalars(name, ty, |i| 1 + i32::from(is_air(i))).scalars("rho", "double", density);
         let path = file.write(folder.path(), &format!("{name}.vtk"));

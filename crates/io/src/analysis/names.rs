@@ -32,15 +32,14 @@ pub(crate) const KIND: &[&str] = &[
     "label",
     "object",
     "obj",
-    "p",
 ];
 
-/// Whether `name` is one of [`KIND`], `kind`, however it is spelt: `Material_ID`, `matId`, `is_boundary`.
+/// Whether `name` is one of [`KIND`], `kind`, however it is spelt: `Material_ID`, `matId`, `is_boundary`. Not `pid`, which mostly is
+/// the process that computed a particle: one whose water stands still would be taken for walls.
 pub(crate) fn is_kind(name: &str, kind: &str) -> bool {
     let bare: String =
         name.chars().filter(char::is_ascii_alphanumeric).collect::<String>().to_ascii_lowercase();
-    // A `p` alone is a pressure.
-    (bare == kind && kind != "p") || bare.strip_suffix("id") == Some(kind)
+    bare == kind || bare.strip_suffix("id") == Some(kind)
 }
 
 /// The first attribute with `components` numbers whose name is in `names`; earlier names win.
@@ -48,4 +47,20 @@ pub(crate) fn find<'a>(frame: &'a FrameData, names: &[&str], components: usize) 
     names.iter().find_map(|name| {
         frame.attributes().iter().find(|a| a.components == components && a.name.eq_ignore_ascii_case(name))
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn kinds_are_recognised_however_they_are_spelt() {
+        let is_any = |name: &str| KIND.iter().any(|kind| is_kind(name, kind));
+        for name in ["type", "Mk", "Material_ID", "matId", "is_boundary", "isFluid", "object-id"] {
+            assert!(is_any(name), "{name}");
+        }
+        for name in ["pid", "p", "id", "ids", "pressure", "rank", "fluidity"] {
+            assert!(!is_any(name), "{name}");
+        }
+    }
 }

@@ -197,8 +197,9 @@ impl Profile {
         let (Some(&low), Some(&high)) = (values.get(few), values.iter().rev().nth(few)) else {
             return Self { extent: 0.0, bottom_to_top: 1.0 };
         };
-        let bottom = values.partition_point(|v| *v < low + spacing) - few;
-        let top = values.len() - values.partition_point(|v| *v <= high - spacing) - few;
+        // A spacing may be lost in the rounding of the coordinates: then fewer than those few lie beyond it.
+        let bottom = values.partition_point(|v| *v < low + spacing).saturating_sub(few);
+        let top = (values.len() - values.partition_point(|v| *v <= high - spacing)).saturating_sub(few);
         Self { extent: high - low, bottom_to_top: (bottom as f32 + 1.0) / (top as f32 + 1.0) }
     }
 }
@@ -287,6 +288,8 @@ mod tests {
         assert_eq!(guess.axis, UpAxis::Y);
         assert!(guess.reason.starts_with("a guess: "), "extents alone tell little: {}", guess.reason);
         assert_eq!(from_shape(&block(), 1.0, Some(2)).axis, UpAxis::Y);
+        // Lost in the rounding of the coordinates.
+        assert!(from_shape(&block(), 0.0, None).reason.starts_with("a guess: "));
         // Two that have leaked through the bottom, in a thousand.
         let mut leaking = splash.clone();
         leaking.extend([[3.0, 5.0, -4.0], [5.0, 6.0, -2.0]]);

@@ -177,6 +177,10 @@ fn rounded_centre(bounds: Aabb, near: DVec3) -> DVec3 {
         return DVec3::ZERO;
     }
     let extent = f64::from(bounds.extent().max_element());
+    // Beyond what f32 tells apart, one place is as good as another.
+    if !extent.is_finite() {
+        return near;
+    }
     let exponent = if extent > 0.0 { extent.log10().floor() as i32 - 1 } else { 0 };
     // Multiplying by a whole power of ten and dividing by it again gives the double nearest to the short decimal.
     let scale = 10_f64.powi(exponent.abs());
