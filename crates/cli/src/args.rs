@@ -121,7 +121,7 @@ pub struct InputArgs {
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = crate::values::positive)]
     pub spacing: Option<f64>,
 
-    /// Radius drawn, in the file's unit; does not change the mean thickness [default: 0.625 spacing].
+    /// Radius drawn, in the file's unit; does not change the mean thickness [default: 0.625 spacing; up to 1 where particles lie at random].
     #[arg(long, value_name = "LENGTH", allow_negative_numbers = true, value_parser = crate::values::positive)]
     pub radius: Option<f64>,
 

@@ -30,6 +30,8 @@ pub use frame::{Attribute, Look, ParticleFrame, ParticleSet, SIZES, SetFrame};
 pub use hermite::hermite_weights;
 pub use pixels::{Channel, PixelDepth, Pixels};
 pub use report::{Choice, FrameReport, StageCost};
-pub use series::{DEFAULT_RADIUS_PER_SPACING, RadiusChoice, SeriesSpace, SpacingSource, UpAxis};
+pub use series::{
+    DEFAULT_RADIUS_PER_SPACING, RadiusChoice, SeriesSpace, SpacingSource, UNEVEN_RADIUS_PER_SPACING, UpAxis,
+};
 pub use short::Short;
 pub use source::{Cancel, FrameError, FrameErrorKind, FrameRequest, FrameSource};

@@ -4,6 +4,9 @@ use serde::{Deserialize, Serialize};
 /// Drawn radius per spacing: 1.25 times half the spacing, the value the filters' literature is tuned for.
 pub const DEFAULT_RADIUS_PER_SPACING: f64 = 0.625;
 
+/// Drawn radius per spacing of random particles: in their gaps, surfaces of smaller spheres are pitted.
+pub const UNEVEN_RADIUS_PER_SPACING: f64 = 1.0;
+
 /// Which axis of the file points up.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
@@ -51,7 +54,7 @@ pub enum SpacingSource {
 pub enum RadiusChoice {
     /// The user gave it.
     User,
-    /// [`DEFAULT_RADIUS_PER_SPACING`] times the spacing.
+    /// [`DEFAULT_RADIUS_PER_SPACING`] times the spacing, or more where particles lie unevenly, up to [`UNEVEN_RADIUS_PER_SPACING`].
     FromSpacing,
 }
 

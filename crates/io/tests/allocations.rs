@@ -101,7 +101,7 @@ fn delivered(frame: &SetFrame) -> usize {
 }
 
 /// What no number of points changes while a series is opened: the neighbourhoods of the particles sampled for the spacing.
-const NEIGHBOURHOODS: usize = 9 << 20;
+const NEIGHBOURHOODS: usize = 11 << 20;
 
 /// The blocks in work: what the destination does not excuse where little of the file is taken.
 const BLOCKS: usize = 6 << 20;

@@ -527,7 +527,7 @@ impl Renderer {
     /// stand-ins take the place of particles in the thickness, it is sampled in coarser steps; not so for tolerated errors, which are
     /// meant for the samples that were asked for.
     fn fit_surface(&mut self, world: &World, camera: &Camera, size: [u32; 2]) -> Result<(), PipelineError> {
-        let mut params = self.settings.water_surface(Some(world.water_particles()));
+        let mut params = self.settings.water_surface(Some(world.water()));
         if self.settings.is_thinned() {
             let uniform = CameraUniform::new(camera, size);
             let away = (world.bounds().center() - camera.eye).dot(camera.forward());

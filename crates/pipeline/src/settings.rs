@@ -10,6 +10,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
 
+use crate::world::Water;
 use crate::{ColorSettings, FoamSettings, Registry, World};
 
 /// Every parameter of a picture besides its camera and size. Stages describe their own; `stage.name` is the key on the
@@ -181,21 +182,32 @@ impl Settings {
         self.lod.mode == Mode::Threshold && !self.lod.is_full()
     }
 
-    /// How the surface of the water is made: as [`Self::surface`] says, but with less smoothing of ellipsoids where nothing is said of
-    /// it: they lie closer to the surface than spheres, unless they grow to stand for others. Automatic choices are made for frames
-    /// of up to `particles` particles.
-    pub(crate) fn water_surface(&self, particles: Option<usize>) -> SsfrParams {
+    /// How the surface of `water` is made, where that is known: as [`Self::surface`] says, but where nothing is said of the
+    /// smoothing, with less of it for ellipsoids: they lie closer to the surface than spheres, unless they grow to stand for others.
+    /// And with more where larger spheres are drawn because particles lie unevenly.
+    pub(crate) fn water_surface(&self, water: Option<Water>) -> SsfrParams {
         let mut surface = self.surface.clone();
-        if let Some(particles) = particles {
-            surface.anisotropy = surface.anisotropy.resolved(particles);
+        if let Some(water) = water {
+            surface.anisotropy = surface.anisotropy.resolved(water.particles);
         }
-        if surface.anisotropy.is_on() && !self.is_thinned() && surface.filter == FilterChoice::default() {
+        if surface.filter != FilterChoice::default() {
+            return surface;
+        }
+        let unevenness = water.map_or(0.0, |water| water.unevenness);
+        let smoothing = if surface.anisotropy.is_on() && !self.is_thinned() {
             // With 0.6, ellipsoids are nearer to a reconstructed mesh than spheres with the filter's own in 27 of 30 numbers
             // (benches/RESULTS.md); but where particles lie unevenly, lines that are seen through it are kinked.
-            surface
-                .filter
-                .parameters
-                .extend([("sigma".to_owned(), Value::from(0.8)), ("iterations".to_owned(), Value::from(1))]);
+            Some((0.8 + 1.2 * unevenness, if unevenness > 0.0 { 2 } else { 1 }))
+        } else {
+            (unevenness > 0.0).then_some((1.0 + unevenness, 2))
+        };
+        if let Some((sigma, iterations)) = smoothing {
+            let sigma = (100.0 * sigma).round() / 100.0;
+            let chosen = [
+                ("sigma".to_owned(), Value::from(sigma)),
+                ("iterations".to_owned(), Value::from(iterations)),
+            ];
+            surface.filter.parameters.extend(chosen);
         }
         surface
     }
@@ -291,7 +303,7 @@ impl Settings {
     /// All parameters as a tree of JSON, as they are used for the water of `world`, if it is known; those of the chosen filter and
     /// lighting model with their defaults.
     pub fn effective(&self, registry: &Registry, world: Option<&World>) -> Value {
-        let surface = self.water_surface(world.map(World::water_particles));
+        let surface = self.water_surface(world.map(World::water));
         let in_use = Self { surface, ..self.clone() };
         let mut tree = serde_json::to_value(in_use).unwrap_or_default();
         let defaults = [
@@ -431,8 +443,9 @@ mod tests {
         };
         let mut settings = Settings::default();
         assert_eq!(listed(&settings, "filter.sigma"), "1");
+        let few = Water { particles: 1, unevenness: 0.0 };
         let of_few =
-            |settings: &Settings| settings.water_surface(Some(1)).filter.parameters.contains_key("sigma");
+            |settings: &Settings| settings.water_surface(Some(few)).filter.parameters.contains_key("sigma");
         assert!(of_few(&settings));
         settings.set("lod.threshold", "0.3").unwrap();
         assert!(!of_few(&settings), "ellipsoids that stand for others");
@@ -440,6 +453,12 @@ mod tests {
         assert!(of_few(&settings));
         settings.set("anisotropy.form", "yu-turk").unwrap();
         assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["0.8", "1"]);
+        // Random particles, few and many.
+        for (particles, sigma) in [(1, 2.0), (10_000_000, 2.0)] {
+            let random = Water { particles, unevenness: 1.0 };
+            let parameters = Settings::default().water_surface(Some(random)).filter.parameters;
+            assert_eq!((&parameters["sigma"], &parameters["iterations"]), (&sigma.into(), &2.into()));
+        }
         settings.set("filter.sigma", "2").unwrap();
         assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["2", "2"]);
     }

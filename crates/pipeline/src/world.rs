@@ -1,6 +1,9 @@
 use glam::Vec3;
 use meniscus_color::{ColorScale, Quantity};
-use meniscus_core::{Aabb, Cancel, Choice, FrameRequest, FrameSource, Look, SeriesSpace, SetFrame, Short};
+use meniscus_core::{
+    Aabb, Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, FrameRequest, FrameSource, Look, RadiusChoice,
+    SeriesSpace, SetFrame, Short, UNEVEN_RADIUS_PER_SPACING,
+};
 use meniscus_lod::FoamOptions;
 use meniscus_scene::{Description, Scene};
 use meniscus_shading::WaterScale;
@@ -169,9 +172,9 @@ impl World {
         self.foam.as_ref().map(|(options, _)| options)
     }
 
-    /// Most particles of water in the first, middle and last frame.
-    pub fn water_particles(&self) -> usize {
-        self.water_particles
+    /// What automatic choices for the surface of the water go by.
+    pub(crate) fn water(&self) -> Water {
+        Water { particles: self.water_particles, unevenness: unevenness(&self.space) }
     }
 
     /// Nearest distance that is drawn: a thousandth of the data's diagonal.
@@ -192,6 +195,24 @@ impl World {
         let own = self.strays.iter().chain(&self.form).cloned();
         std::iter::once(absorption).chain(own).chain(colors).chain(foam).collect()
     }
+}
+
+/// How many particles of water there are, and how they lie.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Water {
+    /// Most of them in the first, middle and last frame.
+    pub(crate) particles: usize,
+    /// 0 to 1, as far as the radius was chosen larger than usual for it; in hundredths.
+    pub(crate) unevenness: f64,
+}
+
+fn unevenness(space: &SeriesSpace) -> f64 {
+    if space.radius_choice == RadiusChoice::User {
+        return 0.0;
+    }
+    let more = space.radius / space.spacing - DEFAULT_RADIUS_PER_SPACING;
+    let share = more / (UNEVEN_RADIUS_PER_SPACING - DEFAULT_RADIUS_PER_SPACING);
+    (share.clamp(0.0, 1.0) * 100.0).round() / 100.0
 }
 
 /// What has to be read of a frame besides its positions.

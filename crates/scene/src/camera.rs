@@ -59,17 +59,21 @@ impl NamedView {
     }
 }
 
-/// Three-quarter view from slightly above, with the longer side of the data across the picture, that holds all points of
-/// `outline` (world). They should outline the data of the whole series, e.g. of its first, middle and last frame, so that the
+/// Three-quarter view from slightly above, with the longer side of the data across the picture, or from near one end of what is
+/// long and narrow, that holds all points of `outline` (world). They should outline the data of the whole series, e.g. of its first, middle and last frame, so that the
 /// camera can stay still.
 pub fn automatic_camera(outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera {
     let bounds = bounds_of(outline);
     let (across, away) = facing(bounds, up);
-    let extent = bounds.extent();
-    // Two-dimensional data is looked at face to face, anything with some depth from the corner.
-    let depth = extent.dot(away.abs()) / extent.dot(across.abs()).max(f32::MIN_POSITIVE);
-    let corner = (depth / 0.1).min(1.0);
-    let direction = away * 0.82 - across * 0.46 * corner - up.vector() * (0.1 + 0.34 * corner);
+    let along = |axis: Vec3| bounds.extent().dot(axis.abs()).max(f32::MIN_POSITIVE);
+    let [width, depth, height] = [across, away, up.vector()].map(along);
+    // Two-dimensional data is looked at face to face, anything with some depth, for its width or its height, from the corner.
+    let corner = (depth / (0.1 * width)).max(depth / (0.3 * height)).min(1.0);
+    // Across the picture, a flume would be a thread in it; seen along its length, the near end is large and all of it is there.
+    let length = width / depth.max(height);
+    let (sin, cos) = (0.52 * corner * ((length - 4.0) / 8.0).clamp(0.0, 1.0)).sin_cos();
+    let (from_front, from_side) = (0.82 * cos - 0.46 * sin, 0.82 * sin + 0.46 * cos);
+    let direction = away * from_front - across * from_side * corner - up.vector() * (0.1 + 0.34 * corner);
     Camera::fit(&drawable(outline), direction, up.vector(), FOVY_RAD, size, MARGIN)
 }
 
@@ -203,9 +207,23 @@ mod tests {
         assert!(automatic_camera(&block.corners(), UpAxis::Y, SIZE).forward().z.abs() < 0.9);
     }
 
+    /// As deep as it is high, a fiftieth of its length: no sheet, although it is as thin beside its length as one.
+    #[test]
+    fn a_flume_is_looked_at_along_its_length() {
+        for (length, direction) in [(50.0, Vec3::X), (4.0, Vec3::Z)] {
+            let flume = Aabb { min: Vec3::ZERO, max: Vec3::new(length, 1.0, 1.0) };
+            let camera = automatic_camera(&flume.corners(), UpAxis::Y, SIZE);
+            let forward = camera.forward().abs();
+            assert!(forward.dot(direction) > 0.7, "{length}: {forward}");
+            for (n, d) in camera.frustum_planes(SIZE) {
+                assert!(flume.corners().iter().all(|&c| n.dot(c) + d >= 0.0), "{length}: {camera:?}");
+            }
+        }
+    }
+
     #[test]
     fn the_long_side_lies_across_the_picture() {
-        let long_north = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 10.0, 1.0) };
+        let long_north = Aabb { min: Vec3::ZERO, max: Vec3::new(1.0, 4.0, 1.0) };
         let forward = automatic_camera(&long_north.corners(), UpAxis::Z, SIZE).forward();
         assert!(forward.x.abs() > forward.y.abs(), "{forward}");
     }

@@ -1,7 +1,10 @@
 //! Spacing and radius of a series.
 
+use std::ops::Deref;
+
 use meniscus_core::{
     Cancel, Choice, DEFAULT_RADIUS_PER_SPACING, Flaw, Flaws, RadiusChoice, Short, SpacingSource,
+    UNEVEN_RADIUS_PER_SPACING,
 };
 
 use super::sizes::Sizes;
@@ -25,6 +28,8 @@ struct Spacing {
     source: SpacingSource,
     reason: String,
     radius: Option<Radius>,
+    /// As [`spacing::Estimate::unevenness`].
+    unevenness: f64,
 }
 
 /// A radius that the file states.
@@ -36,30 +41,48 @@ struct Radius {
 /// Factor between the spacing by density and twice the file's radius beyond which the radius is believed.
 const MAX_DISAGREEMENT: f64 = 2.0;
 
-/// Chooses what `options` leave open, for particles of the usual one of `sizes`. `walls` marks particles that do not count.
+/// Unevenness up to which particles are drawn with the usual radius, and from which on with that of random ones. Weakly
+/// compressible SPH has 0.01 to 0.3, FLIP that seeds one particle anywhere in each eighth of a cell 0.45.
+const UNEVEN: [f64; 2] = [0.3, 0.8];
+
+/// Unevenness below which particles have hardly left the lattice that they began on: a later frame tells how they will lie.
+const LATTICE: f64 = 0.1;
+
+/// The particles that lengths are chosen for.
+#[derive(Clone, Copy)]
+pub(super) struct Liquid<'a> {
+    pub view: &'a View,
+    /// Marks particles that do not count.
+    pub walls: Option<&'a [bool]>,
+    /// Those of the usual size count where there are several.
+    pub sizes: Option<&'a Sizes>,
+}
+
+/// Chooses what `options` leave open. `last` is the last frame, if there is another one.
 pub(super) fn choose(
-    view: &View,
-    walls: Option<&[bool]>,
-    sizes: Option<&Sizes>,
+    liquid: Liquid<'_>,
+    last: &impl Deref<Target = Option<View>>,
     options: &SeriesOptions,
     choices: &mut Vec<Choice>,
     flaws: &mut Flaws,
     cancel: &Cancel,
 ) -> Result<Lengths, Error> {
-    let (spacing, spacing_source, stated) = match options.spacing {
-        Some(spacing) => (spacing, SpacingSource::User, None),
+    let (spacing, spacing_source, stated, unevenness) = match options.spacing {
+        Some(spacing) => (spacing, SpacingSource::User, None, 0.0),
         None => {
-            let chosen = choose_spacing(view, walls, sizes, options.every.unwrap_or(1), flaws, cancel)?;
+            let chosen = choose_spacing(liquid, options.every.unwrap_or(1), flaws, cancel)?;
             choices.push(choice("spacing", Short(chosen.value).to_string(), chosen.reason, "--spacing"));
-            (chosen.value, chosen.source, chosen.radius)
+            (chosen.value, chosen.source, chosen.radius, chosen.unevenness)
         }
     };
     let (radius, radius_choice) = match options.radius {
         Some(radius) => (radius, RadiusChoice::User),
         None => {
-            let Radius { value, reason } = stated.unwrap_or_else(|| Radius {
-                value: DEFAULT_RADIUS_PER_SPACING * spacing,
-                reason: format!("{DEFAULT_RADIUS_PER_SPACING} of the spacing"),
+            let Radius { value, reason } = stated.unwrap_or_else(|| {
+                let is_lattice = spacing_source != SpacingSource::User && unevenness < LATTICE;
+                let later = last.as_ref().filter(|_| is_lattice && liquid.sizes.is_none());
+                let later = later.map_or(0.0, |last| of_all(last, liquid.walls).unevenness);
+                of_spacing(spacing, unevenness.max(later))
             });
             choices.push(choice("radius", Short(value).to_string(), reason, "--radius"));
             (value, RadiusChoice::FromSpacing)
@@ -68,25 +91,40 @@ pub(super) fn choose(
     Ok(Lengths { spacing, spacing_source, radius, radius_choice })
 }
 
+/// The radius for a `spacing` of particles that lie as unevenly as said.
+fn of_spacing(spacing: f64, unevenness: f64) -> Radius {
+    let [even, random] = UNEVEN;
+    let share = ((unevenness - even) / (random - even)).clamp(0.0, 1.0);
+    let more = share * (UNEVEN_RADIUS_PER_SPACING - DEFAULT_RADIUS_PER_SPACING);
+    let per_spacing = DEFAULT_RADIUS_PER_SPACING + more;
+    let why = if share > 0.0 { ": particles lie unevenly" } else { "" };
+    Radius { value: per_spacing * spacing, reason: format!("{} of the spacing{why}", Short(per_spacing)) }
+}
+
+/// The estimate for all particles of the default set, but for those of `walls` where these are of the same number.
+fn of_all(view: &View, walls: Option<&[bool]>) -> spacing::Estimate {
+    let liquid = view.liquid(walls.filter(|walls| walls.len() == view.positions.len()));
+    spacing::estimate(&liquid, &liquid, view.flat_axis())
+}
+
 fn choose_spacing(
-    view: &View,
-    walls: Option<&[bool]>,
-    sizes: Option<&Sizes>,
+    Liquid { view, walls, sizes }: Liquid<'_>,
     every: u32,
     flaws: &mut Flaws,
     cancel: &Cancel,
 ) -> Result<Spacing, Error> {
     let flat_axis = view.flat_axis();
     let sample = view.sample(walls);
-    let liquid = view.liquid(walls);
     let estimate = match sizes.map(|sizes| sizes.usual(view, cancel)).transpose()?.flatten() {
         Some(usual) => {
             let is_left_out = |i: usize| walls.is_some_and(|walls| walls[i]);
             let left_out: Vec<bool> = usual.iter().enumerate().map(|(i, is)| !is || is_left_out(i)).collect();
-            spacing::estimate(&liquid, &view.liquid(Some(&left_out)), flat_axis)
+            spacing::estimate(&view.liquid(walls), &view.liquid(Some(&left_out)), flat_axis)
         }
-        None => spacing::estimate(&liquid, &liquid, flat_axis),
+        None => of_all(view, walls),
     };
+    // Particles of several sizes are uneven by design.
+    let unevenness = if sizes.is_some() { 0.0 } else { estimate.unevenness };
     let dimensions = if flat_axis.is_some() { 2.0 } else { 3.0 };
     // What the file states is of all its particles; each one taken stands for several. The estimate sees only those taken.
     let thinned = f64::from(every).powf(1.0 / dimensions);
@@ -96,6 +134,7 @@ fn choose_spacing(
         source: SpacingSource::MassAndDensity,
         reason: "from the median mass and a rest density, the upper quartile of the density".into(),
         radius: None,
+        unevenness,
     };
     // Mass in another unit than density and coordinates would be off by a power of ten.
     if let Some(value) = by_mass.filter(|spacing| (spacing / estimate.spacing - 1.0).abs() < 0.2) {
@@ -113,6 +152,7 @@ fn choose_spacing(
                 source: SpacingSource::Estimate,
                 reason,
                 radius: Some(stated),
+                unevenness,
             });
         }
     }
@@ -126,7 +166,7 @@ fn choose_spacing(
         }
         None => "estimated from the local density of sampled particles".into(),
     };
-    Ok(Spacing { value: estimate.spacing, source: SpacingSource::Estimate, reason, radius: None })
+    Ok(Spacing { value: estimate.spacing, source: SpacingSource::Estimate, reason, radius: None, unevenness })
 }
 
 /// Spacing from mass and density where the file has both. The rest density is the upper quartile over all particles: a

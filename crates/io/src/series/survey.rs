@@ -6,6 +6,7 @@ use std::path::PathBuf;
 
 use meniscus_core::{Cancel, Choice, Flaw, Flaws, Look, SeriesSpace};
 
+use super::lengths::Liquid;
 use super::sets::Plans;
 use super::sizes::{self, Sizes};
 use super::view::View;
@@ -69,8 +70,8 @@ pub(super) fn survey(
     let members = members.as_deref();
     let sample = view.sample(members);
     let sizes = sizes::choose(&view, &sample, options, &mut choices, cancel)?;
-    let of = sizes.as_ref();
-    let lengths = lengths::choose(&view, members, of, options, &mut choices, &mut flaws, cancel)?;
+    let liquid = Liquid { view: &view, walls: members, sizes: sizes.as_ref() };
+    let lengths = lengths::choose(liquid, &last, options, &mut choices, &mut flaws, cancel)?;
     let up = match options.up {
         Some(axis) => axis,
         None => {
