@@ -30,6 +30,15 @@ const MOST: f32 = 3.9;
 // Standard deviations that the Gaussian reaches.
 const REACH: f32 = 2.5;
 
+// What is `i` pixels along the line, or at its end.
+fn value_at(at: vec2<i32>, i: i32, size: vec2<i32>) -> f32 {
+#ifdef COLUMNS
+    return rows[clamp(at.y + i, 0, size.y - 1) * size.x + at.x];
+#else
+    return f32(landed[at.y * size.x + clamp(at.x + i, 0, size.x - 1)]);
+#endif
+}
+
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     let size = vec2<i32>(sun_camera.size_px);
@@ -38,17 +47,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         return;
     }
     let reach = i32(ceil(REACH * parameters.sigma_px));
-    let rate = -0.72134752 / (parameters.sigma_px * parameters.sigma_px);
-    var sum = 0.0;
-    var weights = 0.0;
-    for (var i = -reach; i <= reach; i++) {
-        let weight = exp2(rate * f32(i * i));
-#ifdef COLUMNS
-        sum += weight * rows[clamp(at.y + i, 0, size.y - 1) * size.x + at.x];
-#else
-        sum += weight * f32(landed[at.y * size.x + clamp(at.x + i, 0, size.x - 1)]);
-#endif
-        weights += weight;
+    // Each weight is the one before times a ratio, which is the one before times the first one squared: no power for every tap.
+    var ratio = exp2(-0.72134752 / (parameters.sigma_px * parameters.sigma_px));
+    let step = ratio * ratio;
+    var weight = 1.0;
+    var sum = value_at(at, 0, size);
+    var weights = 1.0;
+    for (var i = 1; i <= reach; i++) {
+        weight *= ratio;
+        ratio *= step;
+        sum += weight * (value_at(at, i, size) + value_at(at, -i, size));
+        weights += 2.0 * weight;
     }
     let pixel = at.y * size.x + at.x;
 #ifdef COLUMNS

@@ -74,6 +74,9 @@ pub(crate) struct SunViewNeeds {
 const LEAST_PIXELS: f32 = 16384.0;
 /// And of the largest one.
 const MOST_PIXELS: f32 = 4_194_304.0;
+/// Most pixels between particles where only water throws shadows: it shows nothing finer than particles, and smoothing it over
+/// hundreds of pixels would take longer than the picture itself.
+const MOST_PER_SPACING: f32 = 4.0;
 /// How far the surface is smoothed that bends the light, spacings.
 const WAVES_SIGMA: f32 = 4.0;
 /// Below this sine of its elevation the sun throws no shadows: they would be longer than what there is.
@@ -95,7 +98,7 @@ impl SunView {
         if !settings.scene.shadows || !is_needed || is_dark || is_low || world.bounds().is_empty() {
             return Ok(None);
         }
-        let (camera, size) = sun_camera(world, needs.size);
+        let (camera, size) = sun_camera(world, needs);
         if camera.validate().is_err() {
             return Ok(None);
         }
@@ -296,9 +299,9 @@ fn serials(frame: &PreparedFrame) -> Vec<u64> {
     frame.sets.iter().map(|set| set.chunked.serial()).collect()
 }
 
-/// A camera that looks along the sun's rays at everything near the water, and a size for it with about as many pixels as pictures
-/// of `picture` pixels have.
-fn sun_camera(world: &World, picture: [u32; 2]) -> (Camera, [u32; 2]) {
+/// A camera that looks along the sun's rays at everything near the water, and a size for it with about as many pixels as the pictures
+/// have that it is for, or as particles are worth.
+fn sun_camera(world: &World, needs: &SunViewNeeds) -> (Camera, [u32; 2]) {
     let scene = world.scene();
     let water = world.bounds().inflated(2.0 * world.space().spacing as f32);
     // Objects farther away than the water is large throw no shadows on it that could be seen in any detail.
@@ -314,9 +317,6 @@ fn sun_camera(world: &World, picture: [u32; 2]) -> (Camera, [u32; 2]) {
     let extent = bounds.extent().max(Vec3::splat(world.space().spacing as f32));
     // A margin for what lies at the border, whose neighbours are looked at, too.
     let (width, height) = (1.04 * extent.x, 1.04 * extent.y);
-    let pixels = (picture[0] as f32 * picture[1] as f32).clamp(LEAST_PIXELS, MOST_PIXELS);
-    let rows = (pixels * height / width).sqrt().clamp(16.0, 4096.0);
-    let columns = (rows * width / height).clamp(16.0, 4096.0);
     let center = bounds.center();
     let target = center.x * right + center.y * up + center.z * to_sun;
     let far = extent.length();
@@ -327,5 +327,35 @@ fn sun_camera(world: &World, picture: [u32; 2]) -> (Camera, [u32; 2]) {
         projection: Projection::Orthographic { height_world: height },
         near: 1e-3 * far,
     };
-    (camera, [columns.round() as u32, rows.round() as u32])
+    (camera, size_for(width, height, world.space().spacing as f32, needs))
+}
+
+/// Pixels of a sun's picture of `width` times `height` (world), of particles that are `spacing_world` apart.
+fn size_for(width: f32, height: f32, spacing_world: f32, needs: &SunViewNeeds) -> [u32; 2] {
+    let finest = spacing_world / MOST_PER_SPACING;
+    let enough = if needs.objects { f32::INFINITY } else { width / finest * (height / finest) };
+    let pixels = (needs.size[0] as f32 * needs.size[1] as f32).min(enough).clamp(LEAST_PIXELS, MOST_PIXELS);
+    let rows = (pixels * height / width).sqrt().clamp(16.0, 4096.0);
+    let columns = (rows * width / height).clamp(16.0, 4096.0);
+    [columns.round() as u32, rows.round() as u32]
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn the_sun_sees_no_finer_than_particles_are_worth() {
+        let needs = |objects| SunViewNeeds { size: [1280, 720], sunlight: true, objects };
+        // 80 x 40 particles, four pixels apart.
+        assert_eq!(size_for(8.0, 4.0, 0.1, &needs(false)), [320, 160]);
+        // As many pixels as the picture has: edges of objects may be sharp, and so may those of a million particles.
+        for size in [size_for(8.0, 4.0, 0.1, &needs(true)), size_for(8.0, 4.0, 0.001, &needs(false))] {
+            let pixels = size[0] as f32 * size[1] as f32;
+            // To whole rows and columns.
+            assert!((pixels / (1280.0 * 720.0) - 1.0).abs() < 0.01, "{size:?}");
+        }
+        // Few particles have a shadow of some shape nevertheless.
+        assert_eq!(size_for(2.0, 2.0, 1.0, &needs(false)), [128, 128]);
+    }
 }
