@@ -48,6 +48,9 @@ const UNEVEN: [f64; 2] = [0.3, 0.8];
 /// Unevenness below which particles have hardly left the lattice that they began on: a later frame tells how they will lie.
 const LATTICE: f64 = 0.1;
 
+/// Most particles for which that later frame is read: of more, each is hardly larger than a pixel, and reading takes seconds.
+const MOST_READ_AGAIN: usize = 5_000_000;
+
 /// The particles that lengths are chosen for.
 #[derive(Clone, Copy)]
 pub(super) struct Liquid<'a> {
@@ -80,7 +83,9 @@ pub(super) fn choose(
         None => {
             let Radius { value, reason } = stated.unwrap_or_else(|| {
                 let is_lattice = spacing_source != SpacingSource::User && unevenness < LATTICE;
-                let later = last.as_ref().filter(|_| is_lattice && liquid.sizes.is_none());
+                let is_few = liquid.view.positions.len() <= MOST_READ_AGAIN;
+                let asks_later = is_lattice && is_few && liquid.sizes.is_none();
+                let later = if asks_later { last.as_ref() } else { None };
                 let later = later.map_or(0.0, |last| of_all(last, liquid.walls).unevenness);
                 of_spacing(spacing, unevenness.max(later))
             });
