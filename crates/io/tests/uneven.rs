@@ -33,6 +33,10 @@ fn radius_of(folder: &Path, frames: &[Option<f64>]) -> (f64, String) {
     }
     let series = Series::open(folder, &SeriesOptions::default()).expect("opens");
     let space = series.space();
+    // How they lie does not depend on who says how far apart they are.
+    let said = SeriesOptions { spacing: Some(2.0), ..Default::default() };
+    let of_said = Series::open(folder, &said).expect("opens").space().radius / 2.0;
+    assert_eq!(of_said, space.radius / space.spacing, "{frames:?}");
     // 5 %: the promise of the specification; a cell is one unit wide.
     assert!((space.spacing - 1.0).abs() < 0.05, "{frames:?}: {}", space.spacing);
     let line = series.choices().iter().find(|choice| choice.flag == "--radius").expect("a line");

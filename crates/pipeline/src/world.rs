@@ -198,7 +198,7 @@ impl World {
 }
 
 /// How many particles of water there are, and how they lie.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub(crate) struct Water {
     /// Most of them in the first, middle and last frame.
     pub(crate) particles: usize,

@@ -60,8 +60,8 @@ impl NamedView {
 }
 
 /// Three-quarter view from slightly above, with the longer side of the data across the picture, or from near one end of what is
-/// long and narrow, that holds all points of `outline` (world). They should outline the data of the whole series, e.g. of its first, middle and last frame, so that the
-/// camera can stay still.
+/// long and narrow, that holds all points of `outline` (world). They should outline the data of the whole series, e.g. of its
+/// first, middle and last frame, so that the camera can stay still.
 pub fn automatic_camera(outline: &[Vec3], up: UpAxis, size: [u32; 2]) -> Camera {
     let bounds = bounds_of(outline);
     let (across, away) = facing(bounds, up);

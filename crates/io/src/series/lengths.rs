@@ -71,7 +71,11 @@ pub(super) fn choose(
     cancel: &Cancel,
 ) -> Result<Lengths, Error> {
     let (spacing, spacing_source, stated, unevenness) = match options.spacing {
-        Some(spacing) => (spacing, SpacingSource::User, None, 0.0),
+        Some(spacing) => {
+            let uneven = options.radius.is_none() && liquid.sizes.is_none();
+            let unevenness = if uneven { of_all(liquid.view, liquid.walls).unevenness } else { 0.0 };
+            (spacing, SpacingSource::User, None, unevenness)
+        }
         None => {
             let chosen = choose_spacing(liquid, options.every.unwrap_or(1), flaws, cancel)?;
             choices.push(choice("spacing", Short(chosen.value).to_string(), chosen.reason, "--spacing"));
@@ -82,9 +86,8 @@ pub(super) fn choose(
         Some(radius) => (radius, RadiusChoice::User),
         None => {
             let Radius { value, reason } = stated.unwrap_or_else(|| {
-                let is_lattice = spacing_source != SpacingSource::User && unevenness < LATTICE;
                 let is_few = liquid.view.positions.len() <= MOST_READ_AGAIN;
-                let asks_later = is_lattice && is_few && liquid.sizes.is_none();
+                let asks_later = unevenness < LATTICE && is_few && liquid.sizes.is_none();
                 let later = if asks_later { last.as_ref() } else { None };
                 let later = later.map_or(0.0, |last| of_all(last, liquid.walls).unevenness);
                 of_spacing(spacing, unevenness.max(later))
