@@ -68,13 +68,17 @@ impl Cells {
         isolated_below: u16,
     ) -> Self {
         let grid = order.grid();
-        let mut cells: Vec<Cell> = Vec::new();
-        for slot in 0..order.len() {
-            let code = order.cell_code(slot);
-            if cells.last().is_none_or(|last| last.code != code) {
-                cells.push(Cell { code, first_slot: slot as u32, is_buried: false, outward: [0; 3] });
-            }
-        }
+        let begins_cell = |slot: &usize| *slot == 0 || order.cell_code(slot - 1) != order.cell_code(*slot);
+        let cells: Vec<Cell> = (0..order.len())
+            .into_par_iter()
+            .filter(begins_cell)
+            .map(|slot| Cell {
+                code: order.cell_code(slot),
+                first_slot: slot as u32,
+                is_buried: false,
+                outward: [0; 3],
+            })
+            .collect();
         let end_of = |cell: usize| cells.get(cell + 1).map_or(order.len(), |next| next.first_slot as usize);
         let position = |slot: usize| Vec3::from(frame.positions[order.index(slot) as usize]);
         // In particles of the set's own size.
@@ -150,6 +154,33 @@ impl Cells {
             found.isolated.extend(isolated);
         }
         found
+    }
+
+    /// Ends of runs of at most `largest` particles. Each is cut, in its second half, where the curve crosses the largest
+    /// cell border, so that boxes are compact and cuts stay in place while particles move.
+    pub(crate) fn cuts(&self, particles: usize, largest: usize) -> Vec<usize> {
+        let largest = largest.max(1);
+        let begins = |cell: usize| self.cells.get(cell).map(|cell| cell.first_slot as usize);
+        let crossed = |cell: &usize| (self.cells[cell - 1].code ^ self.cells[*cell].code).ilog2();
+        // The first cell from `cell` on that begins at `slot` or behind it.
+        let from_slot = |cell: usize, slot: usize| {
+            cell + (cell..).take_while(|&cell| begins(cell).is_some_and(|begin| begin < slot)).count()
+        };
+        let mut cuts = Vec::with_capacity(particles / largest * 3 / 2 + 1);
+        let (mut start, mut cell) = (0, 0);
+        while particles - start > largest {
+            let first = from_slot(cell, start + largest.div_ceil(2));
+            let end = from_slot(first, start + largest + 1);
+            // The last of equals: the longest run.
+            let border = (first.max(1)..end).max_by_key(crossed);
+            start = border.and_then(begins).unwrap_or(start + largest);
+            cell = border.unwrap_or(end);
+            cuts.push(start);
+        }
+        if start < particles {
+            cuts.push(particles);
+        }
+        cuts
     }
 
     /// The isolated among the particles of `slots`, counted from the first of them.
@@ -231,5 +262,53 @@ impl Apron {
             }
         }
         (open == 0, outward.to_array().map(|c| c as i8))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn cuts(positions: Vec<[f32; 3]>, spacing: f32, largest: usize) -> Vec<usize> {
+        let order = CellOrder::new(&positions, spacing);
+        let frame = ParticleFrame { positions, ..Default::default() };
+        Cells::of(&order, &frame, spacing, 4).cuts(frame.len(), largest)
+    }
+
+    #[test]
+    fn cuts_are_within_half_and_the_whole_and_fall_on_the_largest_cell_border() {
+        // 16 x 16 x 16 cells of one particle each, from the border of a block of 16: the origin lies in cell
+        // 2^17 / 3 = 43690.67, and 43696 is divisible by 16.
+        let positions: Vec<[f32; 3]> =
+            (0..4096).map(|i| [i & 15, i >> 4 & 15, i >> 8].map(|c| c as f32 * 2.5 + 15.0)).collect();
+        // Cubes of 8^3 = 512 cells are the largest that fit.
+        assert_eq!(cuts(positions, 1.0, 600), (1..=8).map(|i| i * 512).collect::<Vec<_>>());
+        assert_eq!(cuts(vec![], 1.0, 600), Vec::<usize>::new());
+    }
+
+    #[test]
+    fn equal_points_make_full_runs() {
+        assert_eq!(cuts(vec![[3.0; 3]; 1000], 0.1, 300), vec![300, 600, 900, 1000]);
+    }
+
+    #[test]
+    fn cuts_are_those_of_looking_at_every_particle() {
+        // Cells of very different numbers of particles.
+        let at = |i: usize| ((i * i * 7919) % 1009) as f32 / 1009.0;
+        let positions: Vec<[f32; 3]> =
+            (0..3000).map(|i| [at(i).powi(6), at(i + 1).powi(3), at(i + 2)].map(|c| 40.0 * c)).collect();
+        let order = CellOrder::new(&positions, 1.0);
+        for largest in [1, 2, 7, 64, 512, 2999, 3000] {
+            let (mut expected, mut start) = (Vec::new(), 0);
+            while positions.len() - start > largest {
+                let crossed = |at: &usize| {
+                    (order.cell_code(at - 1) ^ order.cell_code(*at)).checked_ilog2().map_or(0, |bit| bit + 1)
+                };
+                start = (start + largest.div_ceil(2)..=start + largest).max_by_key(crossed).unwrap();
+                expected.push(start);
+            }
+            expected.push(positions.len());
+            assert_eq!(cuts(positions.clone(), 1.0, largest), expected, "{largest}");
+        }
     }
 }

@@ -174,10 +174,11 @@ pub fn build_with_foam(
     assert!(u32::try_from(n).is_ok(), "{n} particles in one set; at most 2^32 - 1 can be indexed");
     let order = CellOrder::new(&frame.positions, options.spacing_world);
     let cells = Cells::of(&order, frame, options.spacing_world, ISOLATED_BELOW);
-    let cuts = order.cuts(options.chunk_particles.min(options.page_particles));
+    let cuts = cells.cuts(n, options.chunk_particles.min(options.page_particles));
     let (mut chunks, page_starts) = lay_out(&cuts, options.page_particles.max(1));
 
-    let mut particles = vec![PackedParticle::new([0.0; 3], 0); n];
+    // Zeros, which the system makes where they are first written: by all threads.
+    let mut particles: Vec<PackedParticle> = bytemuck::zeroed_vec(n);
     let mut attribute_order = vec![0u32; n];
     let mut rests = (particles.as_mut_slice(), attribute_order.as_mut_slice());
     let mut first_slot = 0;

@@ -20,6 +20,7 @@ mod governor;
 mod gpu_set;
 mod grid;
 mod hash;
+mod hilbert;
 mod params;
 pub mod select;
 mod selector;

@@ -106,6 +106,67 @@ pub struct Selection {
     pub has_sizes: bool,
 }
 
+impl Selection {
+    /// Nothing of `set`.
+    fn empty(set: &ChunkedSet) -> Self {
+        Self {
+            pages: vec![PageSelection::default(); set.pages().len()],
+            counts: ParticleCounts {
+                input: set.particles.len() as u64,
+                chunks: set.chunks.len() as u64,
+                ..Default::default()
+            },
+            visible: 0,
+            least_keep: KeptRange::KEEP_ALL,
+            is_uniform_surface: !set.has_sizes,
+            is_uniform_mass: !set.has_sizes,
+            has_sizes: set.has_sizes,
+        }
+    }
+
+    fn add(&mut self, chunk: &Chunk, choice: &Choice) {
+        self.visible += u64::from(chunk.count);
+        self.least_keep = self.least_keep.min(choice.least_keep);
+        self.is_uniform_surface &= choice.is_uniform_surface;
+        self.is_uniform_mass &= choice.is_uniform_mass;
+        for part in &choice.parts {
+            let kept = u64::from(part.surface.count);
+            self.counts.kept += kept;
+            self.counts.tested += if part.tested.is_some() { kept } else { 0 };
+            self.counts.stand_ins += u64::from(part.stand_ins.count);
+        }
+        choice.append_to(&mut self.pages[chunk.page as usize]);
+    }
+
+    /// All of `parts`, one after the other.
+    fn joined(set: &ChunkedSet, parts: Vec<Self>) -> Self {
+        let mut all = Self::empty(set);
+        for part in &parts {
+            all.visible += part.visible;
+            all.least_keep = all.least_keep.min(part.least_keep);
+            all.is_uniform_surface &= part.is_uniform_surface;
+            all.is_uniform_mass &= part.is_uniform_mass;
+            all.counts.kept += part.counts.kept;
+            all.counts.tested += part.counts.tested;
+            all.counts.stand_ins += part.counts.stand_ins;
+        }
+        all.pages.par_iter_mut().enumerate().for_each(|(index, page)| {
+            let of_page = || parts.iter().map(|part| &part.pages[index]);
+            page.front = concat(of_page().map(|part| &part.front));
+            page.occludees = concat(of_page().map(|part| &part.occludees));
+            page.mass = concat(of_page().map(|part| &part.mass));
+            page.stand_ins = joined(concat(of_page().map(|part| &part.stand_ins)));
+        });
+        all
+    }
+}
+
+fn concat<'a, T: Copy + 'a>(lists: impl Iterator<Item = &'a Vec<T>> + Clone) -> Vec<T> {
+    let mut all = Vec::with_capacity(lists.clone().map(Vec::len).sum());
+    lists.for_each(|list| all.extend_from_slice(list));
+    all
+}
+
 /// A chunk in view.
 pub(crate) struct Candidate<'a> {
     pub(crate) chunk: &'a Chunk,
@@ -136,39 +197,35 @@ pub(crate) struct Candidate<'a> {
 pub fn select(set: &ChunkedSet, viewpoint: &Viewpoint, params: &LodParams) -> Result<Selection, LodError> {
     validate(viewpoint, params)?;
     let view = View::new(&viewpoint.camera, viewpoint.size_px);
-    let mut candidates = candidates(set, &view, viewpoint, params);
+    let candidates = candidates(set, &view, viewpoint, params);
     let cut = Cut::solve(&candidates, params);
-    // Stable: equal distances stay in the order of the chunks.
-    candidates.par_sort_by(|a, b| a.nearest.total_cmp(&b.nearest));
     let chooser = Chooser { set, view, viewpoint, params, cut };
-    let choices: Vec<Choice> = candidates.par_iter().map(|candidate| chooser.choose(candidate)).collect();
-
-    let mut selection = Selection {
-        pages: vec![PageSelection::default(); set.pages().len()],
-        visible: candidates.iter().map(|candidate| u64::from(candidate.chunk.count)).sum(),
-        least_keep: choices.iter().map(|choice| choice.least_keep).min().unwrap_or(KeptRange::KEEP_ALL),
-        is_uniform_surface: !set.has_sizes && choices.iter().all(|choice| choice.is_uniform_surface),
-        is_uniform_mass: !set.has_sizes && choices.iter().all(|choice| choice.is_uniform_mass),
-        has_sizes: set.has_sizes,
-        ..Default::default()
-    };
-    for (candidate, choice) in candidates.iter().zip(&choices) {
-        choice.append_to(&mut selection.pages[candidate.chunk.page as usize]);
-    }
-    for page in &mut selection.pages {
-        page.stand_ins = joined(std::mem::take(&mut page.stand_ins));
-    }
-    let particles = |ranges: &mut dyn Iterator<Item = &KeptRange>| ranges.map(|r| u64::from(r.count)).sum();
-    let pages = || selection.pages.iter();
-    selection.counts = ParticleCounts {
-        input: set.particles.len() as u64,
-        kept: particles(&mut pages().flat_map(PageSelection::surface)),
-        chunks: set.chunks.len() as u64,
-        chunks_culled: (set.chunks.len() - candidates.len()) as u64,
-        tested: particles(&mut pages().flat_map(|page| page.occludees.iter().map(|o| &o.range))),
-        stand_ins: particles(&mut pages().flat_map(|page| &page.stand_ins)),
-    };
+    let in_order = near_first(&candidates);
+    // Ordered, whatever thread is done first.
+    let parts: Vec<Selection> = in_order
+        .par_chunks(CHUNKS_AT_ONCE)
+        .map(|some| {
+            let mut part = Selection::empty(set);
+            for &index in some {
+                part.add(candidates[index as usize].chunk, &chooser.choose(&candidates[index as usize]));
+            }
+            part
+        })
+        .collect();
+    let mut selection = Selection::joined(set, parts);
+    selection.counts.chunks_culled = (set.chunks.len() - candidates.len()) as u64;
     Ok(selection)
+}
+
+/// Chunks that a thread chooses from at a time: more than pay for lists of their own, few enough to keep many cores busy.
+const CHUNKS_AT_ONCE: usize = 512;
+
+/// The candidates' indices, those with the nearest points first and equal distances in the order of the chunks.
+fn near_first(candidates: &[Candidate]) -> Vec<u32> {
+    let mut order: Vec<(f32, u32)> =
+        candidates.iter().enumerate().map(|(i, candidate)| (candidate.nearest, i as u32)).collect();
+    order.par_sort_unstable_by(|a, b| a.0.total_cmp(&b.0).then(a.1.cmp(&b.1)));
+    order.into_iter().map(|(_, index)| index).collect()
 }
 
 /// What became of a chunk, for debug views.
@@ -285,16 +342,26 @@ struct Prefix {
 }
 
 impl Prefix {
-    /// The prefix in as few pieces as allowed, their lengths at most one apart.
-    fn pieces(self) -> impl Iterator<Item = KeptRange> {
-        let pieces = self.count.div_ceil(RANGE_PARTICLES);
-        let border = move |piece: u32| (u64::from(self.count) * u64::from(piece) / u64::from(pieces)) as u32;
-        (0..pieces).map(move |piece| KeptRange {
-            first: self.first + border(piece),
-            count: border(piece + 1) - border(piece),
-            keep: self.keep,
-            shape: if self.shape > 0 { self.shape + border(piece) } else { 0 },
-        })
+    /// Calls `take` with the prefix in as few pieces as allowed, their lengths at most one apart.
+    fn for_each_piece(self, mut take: impl FnMut(KeptRange)) {
+        let Self { first, count, keep, shape } = self;
+        if count <= RANGE_PARTICLES {
+            // Nearly all.
+            if count > 0 {
+                take(KeptRange { first, count, keep, shape });
+            }
+            return;
+        }
+        let pieces = count.div_ceil(RANGE_PARTICLES);
+        let border = |piece: u32| (u64::from(count) * u64::from(piece) / u64::from(pieces)) as u32;
+        for piece in 0..pieces {
+            take(KeptRange {
+                first: first + border(piece),
+                count: border(piece + 1) - border(piece),
+                keep,
+                shape: if shape > 0 { shape + border(piece) } else { 0 },
+            });
+        }
     }
 }
 
@@ -334,12 +401,12 @@ impl Choice {
     fn append_to(&self, page: &mut PageSelection) {
         for part in &self.parts {
             match part.tested {
-                None => page.front.extend(part.surface.pieces()),
+                None => part.surface.for_each_piece(|range| page.front.push(range)),
                 Some(shows) => {
-                    page.occludees.extend(part.surface.pieces().map(|range| Occludee { range, ..shows }));
+                    part.surface.for_each_piece(|range| page.occludees.push(Occludee { range, ..shows }));
                 }
             }
-            page.mass.extend(part.mass.pieces());
+            part.mass.for_each_piece(|range| page.mass.push(range));
             if part.stand_ins.count > 0 {
                 let StandIns { first, count } = part.stand_ins;
                 page.stand_ins.push(KeptRange { first, count, keep: KeptRange::KEEP_ALL, shape: 0 });

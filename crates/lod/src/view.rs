@@ -14,6 +14,9 @@ pub(crate) struct View {
     view_from_world: Mat4,
     forward: Vec3,
     planes: [(Vec3, f32); 5],
+    /// Of the camera, for every chunk: it takes a tangent.
+    half_extent: Vec2,
+    px_per_world_at_one: f32,
 }
 
 /// The part of the picture that a group of particles can show in.
@@ -34,6 +37,8 @@ impl View {
             view_from_world: camera.view_from_world(),
             forward: camera.forward(),
             planes: camera.frustum_planes(size_px),
+            half_extent: camera.half_extent(size_px),
+            px_per_world_at_one: camera.px_per_world(size_px, 1.0),
         }
     }
 
@@ -72,7 +77,7 @@ impl View {
         if front.is_nan() || front <= self.camera.near {
             return None;
         }
-        let half = self.camera.half_extent(self.size_px);
+        let half = self.half_extent;
         let size = Vec2::new(self.size_px[0] as f32, self.size_px[1] as f32);
         let to_px = |corner: &Vec3| {
             let distance = if self.camera.is_orthographic() { 1.0 } else { -corner.z };
@@ -102,7 +107,8 @@ impl View {
 
     /// Pixels per world unit at this view distance, or at the near plane where that is farther.
     pub(crate) fn px_per_world(&self, distance: f32) -> f32 {
-        self.camera.px_per_world(self.size_px, distance.max(self.camera.near))
+        let distance = if self.camera.is_orthographic() { 1.0 } else { distance.max(self.camera.near) };
+        self.px_per_world_at_one / distance
     }
 
     /// Diameter in pixels of a sphere at this view distance, or at the near plane where that is farther.
@@ -120,7 +126,7 @@ impl View {
     pub(crate) fn fall_off(&self, point: Vec3) -> f32 {
         let from_center = self.view_from_world.transform_point3(point).truncate().length();
         let scale = if self.camera.is_orthographic() { 1.0 } else { self.distance(point) };
-        let to_corner = self.camera.half_extent(self.size_px).length() * scale;
+        let to_corner = self.half_extent.length() * scale;
         (1.0 - FALL_OFF * from_center / to_corner).max(FALL_OFF_FLOOR)
     }
 }

@@ -641,11 +641,17 @@ impl Renderer {
         let viewpoint = self.viewpoint(world, camera, size);
         for (drawn, set) in self.sets.iter_mut().zip(&frame.sets) {
             drawn.look = set.look;
+            let begin = Instant::now();
             drawn.gpu.upload(&self.gpu, &self.store, &set.chunked)?;
             drawn.values.upload(&self.gpu, &set.chunked, &set.values)?;
             drawn.foam.upload(&self.gpu, &set.chunked)?;
+            self.recorder.note("upload particles", begin);
+            let begin = Instant::now();
             if drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)? {
+                self.recorder.note("select", begin);
+                let begin = Instant::now();
                 drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
+                self.recorder.note("upload what is drawn", begin);
             }
             self.counts += drawn.selector.selection().counts;
         }
