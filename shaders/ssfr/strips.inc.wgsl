@@ -26,7 +26,7 @@ struct Strips {
 // Most pixels of a splat that one invocation draws. On a GPU others wait for it; for a software driver strips are a detour, as long as
 // the splats of an invocation, every 64th of a range of 512, stay below its limit (benches/RESULTS.md).
 #ifdef HARDWARE
-const MOST_PX: i32 = 256;
+const MOST_PX: i32 = 32;
 #else
 const MOST_PX: i32 = 4096;
 #endif

@@ -96,6 +96,7 @@ impl Studio {
         });
         let mut flaws = series.flaws().clone();
         gpu.flaw().cloned().into_iter().for_each(|flaw| flaws.add(flaw));
+        settings.suit(gpu.summary());
 
         if settings.foam.velocity.is_none() {
             settings.foam.velocity = series.velocity().map(ToOwned::to_owned);

@@ -46,7 +46,16 @@ impl AdapterSummary {
 
     /// Whether the CPU draws.
     pub fn is_software(&self) -> bool {
-        self.device_type == format!("{:?}", wgpu::DeviceType::Cpu)
+        self.is(wgpu::DeviceType::Cpu)
+    }
+
+    /// Whether it is a GPU with memory of its own.
+    pub fn is_discrete(&self) -> bool {
+        self.is(wgpu::DeviceType::DiscreteGpu)
+    }
+
+    fn is(&self, kind: wgpu::DeviceType) -> bool {
+        self.device_type == format!("{kind:?}")
     }
 }
 

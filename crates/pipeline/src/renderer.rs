@@ -261,9 +261,7 @@ impl Renderer {
         camera: &Camera,
         size: [u32; 2],
     ) -> Result<(), PipelineError> {
-        let begin = Instant::now();
         self.record(frame, world, camera, size)?;
-        self.recorder.note("select, upload, record", begin);
         let begin = Instant::now();
         let submitted = self.recorder.submit(&self.gpu)?;
         self.recorder.note("submit", begin);
@@ -414,6 +412,7 @@ impl Renderer {
             sun.release(frame);
         }
         self.select(frame, world, camera, size)?;
+        let begin = Instant::now();
         self.fit_opaque(size)?;
         self.fit_sun(size, world)?;
         self.fit_foam(size)?;
@@ -520,6 +519,7 @@ impl Renderer {
             );
         }
         self.compositor.record(&self.gpu, &mut self.recorder, &images.radiance, &images.display);
+        self.recorder.note("record", begin);
         Ok(())
     }
 
@@ -647,8 +647,9 @@ impl Renderer {
             drawn.foam.upload(&self.gpu, &set.chunked)?;
             self.recorder.note("upload particles", begin);
             let begin = Instant::now();
-            if drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)? {
-                self.recorder.note("select", begin);
+            let is_new = drawn.selector.update(&set.chunked, &viewpoint, &self.settings.lod)?;
+            self.recorder.note("select", begin);
+            if is_new {
                 let begin = Instant::now();
                 drawn.gpu.update(&self.gpu, drawn.selector.selection())?;
                 self.recorder.note("upload what is drawn", begin);

@@ -2,10 +2,11 @@ use std::path::PathBuf;
 
 use meniscus_compositor::CompositorParameters;
 use meniscus_core::Choice;
+use meniscus_gpu::AdapterSummary;
 use meniscus_lod::{LodParams, Mode};
 use meniscus_scene::Description;
 use meniscus_shading::{LightingChoice, VTK_NAMES};
-use meniscus_ssfr::{FilterChoice, SsfrParams};
+use meniscus_ssfr::{AnisotropyParams, FilterChoice, SsfrParams};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use serde_json::{Map, Value};
@@ -267,6 +268,14 @@ impl Settings {
         })
     }
 
+    /// Chooses what suits `adapter`, where nothing else is asked for: a discrete GPU draws more particles as ellipsoids.
+    pub fn suit(&mut self, adapter: &AdapterSummary) {
+        let anisotropy = &mut self.surface.anisotropy;
+        if adapter.is_discrete() && anisotropy.auto_particles == AnisotropyParams::AUTO_PARTICLES {
+            anisotropy.auto_particles = AnisotropyParams::AUTO_PARTICLES_DISCRETE;
+        }
+    }
+
     /// Checks all ranges and names.
     ///
     /// # Errors
@@ -461,6 +470,28 @@ mod tests {
         }
         settings.set("filter.sigma", "2").unwrap();
         assert_eq!(["filter.sigma", "filter.iterations"].map(|key| listed(&settings, key)), ["2", "2"]);
+    }
+
+    #[test]
+    fn discrete_gpus_draw_more_particles_as_ellipsoids_unless_a_number_is_given() {
+        let form = |device_type: &str, asked: Option<&str>| {
+            let mut settings = Settings::default();
+            if let Some(most) = asked {
+                settings.set("anisotropy.auto_particles", most).unwrap();
+            }
+            settings.suit(&AdapterSummary {
+                name: String::new(),
+                backend: String::new(),
+                device_type: device_type.to_owned(),
+                driver: String::new(),
+            });
+            settings.water_surface(Some(Water { particles: 1_000_000, unevenness: 0.0 })).anisotropy.is_on()
+        };
+        assert_eq!(
+            [form("DiscreteGpu", None), form("IntegratedGpu", None), form("Cpu", None)],
+            [true, false, false]
+        );
+        assert_eq!([form("DiscreteGpu", Some("1000")), form("Cpu", Some("1000000"))], [false, true]);
     }
 
     #[test]

@@ -224,11 +224,11 @@ fn request(settings: &Settings) -> Result<FrameRequest, PipelineError> {
 
 /// What is said of the form of particles of water, if it is chosen automatically and there are any.
 fn form_choice(anisotropy: &AnisotropyParams, particles: usize) -> Option<Choice> {
-    let limit = AnisotropyParams::AUTO_PARTICLES;
+    let limit = anisotropy.auto_particles;
     let (value, reason, other) = if anisotropy.resolved(particles).is_on() {
         ("ellipsoids", format!("of up to {limit} of them spheres would show as bumps"), "none")
     } else {
-        ("spheres", format!("shapes of more than {limit} of them take long to find"), "yu-turk")
+        ("spheres", format!("shapes of more than {limit} of them may take long to find"), "yu-turk")
     };
     (anisotropy.form.is_none() && particles > 0).then(|| Choice {
         what: "particles".into(),

@@ -78,6 +78,9 @@ pub enum Anisotropy {
 pub struct AnisotropyParams {
     /// Which ellipsoids; `None` for what [`Self::resolved`] says, and spheres to a stage that is not told how many particles there are.
     pub form: Option<Anisotropy>,
+    /// Most particles of a frame that are drawn as ellipsoids where `form` is open. So few are large enough in a picture for bumps of
+    /// spheres to show along outlines; of more, shapes may take longer than bumps of a few pixels are worth.
+    pub auto_particles: usize,
     /// Reach of the neighbourhood in spacings, 1.5 to 4: with 2, a particle in a flat surface has too few neighbours to be flat.
     pub support: f32,
     /// How far ellipsoids are from spheres, 0 (spheres) to 1.
@@ -92,7 +95,15 @@ pub struct AnisotropyParams {
 
 impl Default for AnisotropyParams {
     fn default() -> Self {
-        Self { form: None, support: 2.5, strength: 1.0, ratio: 4.0, smoothing: 0.9, zju_scale: 1.2 }
+        Self {
+            form: None,
+            auto_particles: Self::AUTO_PARTICLES,
+            support: 2.5,
+            strength: 1.0,
+            ratio: 4.0,
+            smoothing: 0.9,
+            zju_scale: 1.2,
+        }
     }
 }
 
@@ -102,13 +113,16 @@ impl AnisotropyParams {
     /// Farthest that a centre is moved, in spacings.
     pub(crate) const MAX_SHIFT_SPACINGS: f32 = 0.5;
 
-    /// Most particles of a frame that are drawn as ellipsoids unasked. So few are large enough in a picture for bumps of spheres to
-    /// show along outlines; of more, software drivers need longer for the shapes than bumps of a few pixels are worth.
+    /// `auto_particles` where nothing is known of the adapter: a software driver finds shapes of so many in half a second.
     pub const AUTO_PARTICLES: usize = 400_000;
+
+    /// `auto_particles` for a discrete GPU: an NVIDIA H100 finds the shapes of all of 1.13 million particles in 3 to 4 ms
+    /// (benches/RESULTS.md).
+    pub const AUTO_PARTICLES_DISCRETE: usize = 20_000_000;
 
     /// With the form, if it is open, decided for frames of up to `particles` particles.
     pub fn resolved(&self, particles: usize) -> Self {
-        let few = if particles <= Self::AUTO_PARTICLES { Anisotropy::YuTurk } else { Anisotropy::None };
+        let few = if particles <= self.auto_particles { Anisotropy::YuTurk } else { Anisotropy::None };
         Self { form: Some(self.form.unwrap_or(few)), ..*self }
     }
 

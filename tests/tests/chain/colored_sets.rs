@@ -67,6 +67,12 @@ fn scene(frame: &SetFrame, change: impl FnOnce(&mut Settings)) -> (World, [Vec<f
     (world, channels.into_iter().map(|c| c.values).collect::<Vec<_>>().try_into().expect("three channels"))
 }
 
+/// Whether both are the same radiance. GPUs add up in another order where another pass drew it, which may be the last step of a
+/// half float: 0.1 %.
+fn is_same(a: [f32; 3], b: [f32; 3]) -> bool {
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-3 * a.abs())
+}
+
 /// What a surface sends is linear in its albedo, whatever its normal and light: its material and black give the line, on which the
 /// albedo of every pixel is then read.
 #[test]
@@ -95,13 +101,14 @@ fn opaque_sets_have_the_albedo_of_their_values_and_others_their_own() {
             if (x - 1.0).abs() < seam {
                 continue;
             }
-            if plain == black {
+            if is_same(plain, black) {
                 // Sky and floor, or the set that has no values.
-                assert_eq!(plain, drawn, "{look:?} at x = {x}");
+                assert!(is_same(plain, drawn), "{look:?} at x = {x}: {plain:?} and {drawn:?}");
                 right += usize::from(x > 1.0);
                 continue;
             }
-            assert!((-0.01..1.0).contains(&x), "{look:?} at x = {x}");
+            let y = pixel as u32 / SIZE[0];
+            assert!((-0.01..1.0).contains(&x), "{look:?} at x = {x}, row {y}: {plain:?} {black:?} {drawn:?}");
             left += 1;
             for c in 0..3 {
                 let albedo = (drawn[c] - black[c]) / (plain[c] - black[c]) * own[c];

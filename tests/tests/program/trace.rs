@@ -118,7 +118,9 @@ fn a_bench_shows_its_pictures_steps_and_passes() {
     assert_eq!((called("picture"), called("picture, counted")), (2, 1));
     assert!(called("warm-up picture") >= 1 && called("picture, pass by pass") > 1);
     let steps = &rows["steps of drawing"];
-    for name in ["select, upload, record", "submit", "wait for the GPU"] {
+    let steps_of_all =
+        ["upload particles", "select", "upload what is drawn", "record", "submit", "wait for the GPU"];
+    for name in steps_of_all {
         assert_eq!(steps.iter().filter(|s| s["name"] == name).count(), pictures.len(), "{name}");
     }
     let isolated = rows.iter().find(|(name, _)| name.starts_with("passes run one by one")).expect("passes").1;
