@@ -137,6 +137,7 @@ impl Studio {
             scene_color: &self.scene_color,
             scene_distance: &self.scene_distance,
             sunlight: &self.sunlight,
+            has_sunlight: true,
         };
         model.record(gpu, recorder, &inputs, &self.radiance);
     }

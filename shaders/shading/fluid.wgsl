@@ -9,7 +9,7 @@
 #import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::{Neighbourhood, neighbourhood}
-#ifdef REFLECTED_OBJECTS
+#ifdef OBJECTS
 #import meniscus::reflected_objects::reflected_object
 #endif
 #import meniscus::reflection::{environment, mirrored, sun_glint}
@@ -72,7 +72,7 @@ fn shade(sky: Sky, water: WaterPoint, around: Neighbourhood, behind: vec3<f32>, 
     let through = tinted(sky, clear, tint, normal);
     let direction = mirrored(normal, to_eye);
     var mirror = environment(position, direction, model.alpha);
-#ifdef REFLECTED_OBJECTS
+#ifdef OBJECTS
     let object = reflected_object(water, direction, model.alpha);
     mirror = mix(mirror, object.rgb, object.a);
 #endif

@@ -92,7 +92,12 @@ fn refracted_path(water: WaterPoint, thickness: f32, refractive_index: f32, refr
     let position = point_to_world(water.position_view);
     let floor_reach = trace_floor(surroundings, position, to_world(direction));
     let reach = min(clamp(thickness, 0.0, MAX_THICKNESS) / max(dot(direction, incident), MIN_PATH_COSINE), floor_reach);
+    // Without objects the scene is the floor.
+#ifdef OBJECTS
     let march = trace_path(water, direction, reach);
+#else
+    let march = March(reach, reach);
+#endif
     // What lies outside of the picture is not known: its border stands for it.
     let end = water.position_view + march.seen_world * direction;
     let end_px = clamp(project_px(camera, end), vec2(0.0), vec2<f32>(camera.size_px));

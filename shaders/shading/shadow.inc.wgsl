@@ -30,7 +30,9 @@ fn through_water(px: vec2<f32>) -> vec2<f32> {
 // Sun and sky as the water's surface sees them in a pixel.
 fn sky_at(pixel: vec2<u32>) -> Sky {
     var sky = surroundings.sky;
+#ifndef NO_SUNLIGHT
     sky.sun_irradiance *= share_of(block_at(vec2<i32>(pixel / BLOCK_PX)).y);
+#endif
     return sky;
 }
 
@@ -45,6 +47,9 @@ const BLURRING: f32 = 1.5;
 // (1 / world unit) is what the surface directs elsewhere, on top of what the medium takes; `deepest` is the share of sunlight
 // that the deepest shadow takes. The scene was lit by sun and sky together; the sun's share is taken as that on level ground.
 fn shadow(px: vec2<f32>, seen_through_world: f32, medium: Medium, bent_away: f32, deepest: f32) -> vec3<f32> {
+#ifdef NO_SUNLIGHT
+    return vec3(1.0);
+#else
     let light = through_water(px);
     let sky = surroundings.sky;
     let sun = sky.sun_irradiance * max(dot(sky.sun_direction, sky.up), 0.0);
@@ -55,4 +60,5 @@ fn shadow(px: vec2<f32>, seen_through_world: f32, medium: Medium, bent_away: f32
     let blurring = BLURRING * (grey + medium.scattering);
     let clarity = exp2(-1.44269504 * blurring * (light.x + seen_through_world));
     return 1.0 + share * (mix(1.0, light.y, clarity) * left - 1.0);
+#endif
 }

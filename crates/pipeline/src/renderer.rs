@@ -497,6 +497,7 @@ impl Renderer {
             scene_color: &images.scene_color,
             scene_distance: &images.scene_distance,
             sunlight: if has_sunlight { &images.sunlight } else { &images.no_shadow },
+            has_sunlight,
         };
         self.lighting.record(&self.gpu, &mut self.recorder, &inputs, &images.radiance);
         if let Some(foam) = &self.foam {

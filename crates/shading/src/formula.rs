@@ -18,8 +18,10 @@ use crate::{
 const PIXELS: Shader = shader!("shading/pixels");
 /// The pass over the pixels that show water.
 const WATER: Definition = Definition { name: "WATER", value: 1 };
-/// The same where there are objects that it reflects.
-const REFLECTED_OBJECTS: Definition = Definition { name: "REFLECTED_OBJECTS", value: 1 };
+/// Where there are objects, which hide what is behind them and are mirrored.
+const OBJECTS: Definition = Definition { name: "OBJECTS", value: 1 };
+/// Where nothing throws a shadow.
+const NO_SUNLIGHT: Definition = Definition { name: "NO_SUNLIGHT", value: 1 };
 
 /// The parameters of a model that shades each pixel by itself, and what becomes of them: all that such a model has
 /// of its own. [`PixelModel`] makes a [`LightingModel`] of it.
@@ -31,11 +33,9 @@ pub trait Formula:
     /// Name in the registry.
     const NAME: &'static str;
     /// The module `meniscus::model`: `water_radiance` of a pixel that shows water, and `scene_radiance` of one that does not. Its own
-    /// uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`.
+    /// uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`. `OBJECTS` is defined where the scene is
+    /// more than the floor; only then `meniscus::reflected_objects` can be used.
     const SHADER: Shader;
-    /// Whether `water_radiance` shows objects in the mirror of the water where `REFLECTED_OBJECTS` is defined
-    /// (`meniscus::reflected_objects`).
-    const REFLECTS_OBJECTS: bool = false;
     /// Name of the pass over the water in reports, `stage.pass`; the pass over the scene is `shading.dry`.
     const PASS: &'static str;
     /// The parameters as the GPU sees them.
@@ -126,8 +126,9 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
+        let scene = Pictured::new(|definitions| compile::<F>(gpu, definitions))?;
         let water = Pictured::new(|definitions| compile_water::<F>(gpu, definitions))?;
-        Ok(Box::new(PixelPass { model: self.clone(), scene: compile::<F>(gpu, &[])?, water }))
+        Ok(Box::new(PixelPass { model: self.clone(), scene, water }))
     }
 
     fn twin(&self, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
@@ -152,7 +153,7 @@ fn compile_water<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<Co
 struct PixelPass<F> {
     model: PixelModel<F>,
     /// Over all pixels.
-    scene: ComputePipeline,
+    scene: Pictured<ComputePipeline>,
     /// Over those that show water.
     water: Pictured<ComputePipeline>,
 }
@@ -164,7 +165,7 @@ impl<F: Formula> LightingPass for PixelPass<F> {
     }
 
     fn uses_sunlight(&self) -> bool {
-        self.scene.binds("sunlight") || self.water.plain().binds("sunlight")
+        self.scene.plain().binds("sunlight") || self.water.plain().binds("sunlight")
     }
 
     fn record(
@@ -178,11 +179,18 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         let mut bindings = inputs.bindings(recorder);
         bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
         let size = inputs.camera.size_px;
-        let reflected = (F::REFLECTS_OBJECTS && inputs.objects.is_some()).then_some(REFLECTED_OBJECTS);
-        let compile = |definitions: &_| compile_water::<F>(gpu, definitions);
-        let water = self.water.choose(gpu, inputs.surroundings, reflected, compile);
+        let objects = inputs.objects.is_some().then_some(OBJECTS);
+        let no_sunlight = (!inputs.has_sunlight).then_some(NO_SUNLIGHT);
+        let kinds = [objects, no_sunlight];
+        let water = self
+            .water
+            .choose(gpu, inputs.surroundings, kinds, |definitions| compile_water::<F>(gpu, definitions));
+        // Where no water is, neither what it mirrors nor what it hides counts.
+        let scene = self
+            .scene
+            .choose_unpictured(gpu, [None, no_sunlight], |definitions| compile::<F>(gpu, definitions));
         for (name, pipeline, dispatch) in
-            [("shading.dry", &self.scene, Dispatch::Pixels(size)), (F::PASS, water, covered::dispatch(size))]
+            [("shading.dry", scene, Dispatch::Pixels(size)), (F::PASS, water, covered::dispatch(size))]
         {
             let mut bindings = bindings.clone();
             bindings.retain(|(name, _)| pipeline.binds(name));

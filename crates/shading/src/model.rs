@@ -72,6 +72,8 @@ pub struct LightingInputs<'a> {
     /// What becomes of the sun's light on its way to scene and water, from [`SunlightPass`](crate::SunlightPass), or a single pixel
     /// of [`Sunlight::UNCHANGED`] where nothing throws a shadow.
     pub sunlight: &'a Texture<Sunlight>,
+    /// Whether something throws one.
+    pub has_sunlight: bool,
 }
 
 impl LightingInputs<'_> {

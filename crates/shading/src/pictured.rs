@@ -5,12 +5,12 @@ use meniscus_gpu::{Definition, Gpu, GpuError};
 use crate::Surroundings;
 
 /// A pass that looks at the surroundings, in variants that are made when they are first needed: with a picture in place of the
-/// sky, with shadows or another kind of the pass's own. Software drivers run through both sides of a choice in a shader.
+/// sky, and of kinds of the pass's own, like with shadows. Software drivers run through both sides of a choice in a shader.
 #[derive(Debug)]
 pub(crate) struct Pictured<P> {
     plain: P,
-    /// Neither, which is never made, pictured, of the pass's own kind, both.
-    variants: [OnceLock<Option<P>>; 4],
+    /// By whether there is a picture (1), the first kind (2) and the second (4); the first of all is never made.
+    variants: [OnceLock<Option<P>>; 8],
 }
 
 const PICTURED: Definition = Definition { name: "PICTURED", value: 1 };
@@ -35,27 +35,44 @@ impl<P> Pictured<P> {
         is_shadowed: bool,
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        self.choose(gpu, surroundings, is_shadowed.then_some(SHADOWED), compile)
+        self.choose(gpu, surroundings, [is_shadowed.then_some(SHADOWED), None], compile)
     }
 
-    /// The pass for these surroundings, of a kind of its own with `kind`, which is the same in every call that has one. What keeps
-    /// it from compiling comes out of [`Gpu::wait`].
+    /// The pass for these surroundings, of kinds of its own, each of which is the same in every call that has one. What keeps it from
+    /// compiling comes out of [`Gpu::wait`].
     pub(crate) fn choose(
         &self,
         gpu: &Gpu,
         surroundings: &Surroundings,
-        kind: Option<Definition>,
+        kinds: [Option<Definition>; 2],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
         let is_pictured = surroundings.environment.sharp[0] != 0;
-        let mut definitions = Vec::new();
-        definitions.extend(is_pictured.then_some(PICTURED));
-        definitions.extend(kind);
-        if definitions.is_empty() {
+        self.variant(gpu, [is_pictured.then_some(PICTURED), kinds[0], kinds[1]], compile)
+    }
+
+    /// As [`Self::choose`] for a pass that does not look at the surroundings.
+    pub(crate) fn choose_unpictured(
+        &self,
+        gpu: &Gpu,
+        kinds: [Option<Definition>; 2],
+        compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
+    ) -> &P {
+        self.variant(gpu, [None, kinds[0], kinds[1]], compile)
+    }
+
+    fn variant(
+        &self,
+        gpu: &Gpu,
+        kinds: [Option<Definition>; 3],
+        compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
+    ) -> &P {
+        let place = (0..3).map(|kind| usize::from(kinds[kind].is_some()) << kind).sum::<usize>();
+        if place == 0 {
             return &self.plain;
         }
+        let definitions: Vec<Definition> = kinds.into_iter().flatten().collect();
         let make = || compile(&definitions).inspect_err(|error| gpu.report(error)).ok();
-        let variant = &self.variants[usize::from(is_pictured) + 2 * usize::from(kind.is_some())];
-        variant.get_or_init(make).as_ref().unwrap_or(&self.plain)
+        self.variants[place].get_or_init(make).as_ref().unwrap_or(&self.plain)
     }
 }

@@ -204,6 +204,7 @@ impl Frame {
             scene_color: &scene_color,
             scene_distance: &scene_distance,
             sunlight: &Texture::from_texels(gpu, sunlight_size, &self.sunlight)?,
+            has_sunlight: self.sunlight != [Sunlight::UNCHANGED],
         };
         let output = Image::from_pixels(gpu, size, radiance)?;
         let mut recorder = Recorder::new(gpu, Timing::Stamps);

@@ -79,7 +79,6 @@ pub type Fluid = PixelModel<FluidParameters>;
 impl Formula for FluidParameters {
     const NAME: &'static str = "fluid";
     const SHADER: Shader = SHADER;
-    const REFLECTS_OBJECTS: bool = true;
     const PASS: &'static str = "shading.fluid";
     type Uniform = FluidUniform;
 

@@ -94,7 +94,10 @@ pub(super) fn refracted_path(
     let floor_reach = trace_floor(input.surroundings, position, to_world(input.camera, direction));
     let reach =
         (thickness.clamp(0.0, MAX_THICKNESS) / direction.dot(incident).max(MIN_PATH_COSINE)).min(floor_reach);
-    let march = trace_path(input, water, direction, reach);
+    let march = match input.objects {
+        Some(_) => trace_path(input, water, direction, reach),
+        None => March { length_world: reach, seen_world: reach },
+    };
     let end = water.position_view + march.seen_world * direction;
     let hidden = march.seen_world < march.length_world;
     let tolerance = if hidden { 0.0 } else { spacing_world + 0.25 * march.seen_world };

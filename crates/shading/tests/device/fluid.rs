@@ -167,6 +167,7 @@ fn a_ball_under_water_is_seen_once_and_where_snell_says() {
     }
     let mut frame = Frame::plain(&camera, SIZE, &scene, water, [1.0; 4], NO_SURFACE);
     frame.scene_distance = solid.distance;
+    frame.objects = Some(Aabb { min: center - radius, max: center + radius });
     for i in 0..frame.scene_color.len() {
         if is_ball(i) {
             frame.scene_color[i] = [0.0, 0.0, 0.0, 1.0];

@@ -38,6 +38,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         scene_color: &color,
         scene_distance: &distance,
         sunlight: &sunlight,
+        has_sunlight: false,
     };
     Fluid::default().compile(&gpu).unwrap().record(&gpu, &mut recorder, &inputs, &output);
     let _ = recorder.submit(&gpu).unwrap();
