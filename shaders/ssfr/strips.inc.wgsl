@@ -23,7 +23,8 @@ struct Strips {
 @group(0) @binding(13) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(14) var<storage, read_write> strips: Strips;
 
-// Most pixels of a splat that one invocation draws. On a GPU others wait for it; for a software driver strips are a detour, as long as
+// Most pixels of a splat that one invocation draws. On a GPU others wait for it: an NVIDIA H100 draws
+// spheres of 5 and 10 px three and six times faster in strips; for a software driver strips are a detour, as long as
 // the splats of an invocation, every 64th of a range of 512, stay below its limit (benches/RESULTS.md).
 #ifdef HARDWARE
 const MOST_PX: i32 = 32;

@@ -59,7 +59,7 @@ impl<'a> Contest<'a> {
         let front = contest.splats.images().front.read(gpu).expect("the surface");
         let compute: Vec<f32> = front.into_iter().map(|[distance, _]| distance).collect();
         let agreement = Agreement::of(&compute, &contest.target.distances(gpu), spheres.radius_world);
-        if !agreement.is_enough() {
+        if !agreement.is_enough(gpu.summary().is_software()) {
             return Err(agreement);
         }
         contest.bytes = (case.particles() * size_of::<PackedParticle>() + 4 * agreement.covered) as u64;

@@ -270,9 +270,9 @@ impl Settings {
 
     /// Chooses what suits `adapter`, where nothing else is asked for: a discrete GPU draws more particles as ellipsoids.
     pub fn suit(&mut self, adapter: &AdapterSummary) {
-        let anisotropy = &mut self.surface.anisotropy;
-        if adapter.is_discrete() && anisotropy.auto_particles == AnisotropyParams::AUTO_PARTICLES {
-            anisotropy.auto_particles = AnisotropyParams::AUTO_PARTICLES_DISCRETE;
+        if adapter.is_discrete() {
+            let most = &mut self.surface.anisotropy.auto_particles;
+            *most = most.or(Some(AnisotropyParams::AUTO_PARTICLES_DISCRETE));
         }
     }
 
@@ -491,7 +491,7 @@ mod tests {
             [form("DiscreteGpu", None), form("IntegratedGpu", None), form("Cpu", None)],
             [true, false, false]
         );
-        assert_eq!([form("DiscreteGpu", Some("1000")), form("Cpu", Some("1000000"))], [false, true]);
+        assert_eq!([form("DiscreteGpu", Some("400000")), form("Cpu", Some("1000000"))], [false, true]);
     }
 
     #[test]

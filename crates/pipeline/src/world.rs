@@ -224,7 +224,7 @@ fn request(settings: &Settings) -> Result<FrameRequest, PipelineError> {
 
 /// What is said of the form of particles of water, if it is chosen automatically and there are any.
 fn form_choice(anisotropy: &AnisotropyParams, particles: usize) -> Option<Choice> {
-    let limit = anisotropy.auto_particles;
+    let limit = anisotropy.most_ellipsoids();
     let (value, reason, other) = if anisotropy.resolved(particles).is_on() {
         ("ellipsoids", format!("of up to {limit} of them spheres would show as bumps"), "none")
     } else {

@@ -80,7 +80,8 @@ pub struct AnisotropyParams {
     pub form: Option<Anisotropy>,
     /// Most particles of a frame that are drawn as ellipsoids where `form` is open. So few are large enough in a picture for bumps of
     /// spheres to show along outlines; of more, shapes may take longer than bumps of a few pixels are worth.
-    pub auto_particles: usize,
+    /// `None` for what suits the adapter: [`Self::AUTO_PARTICLES`], or [`Self::AUTO_PARTICLES_DISCRETE`] where that is known.
+    pub auto_particles: Option<usize>,
     /// Reach of the neighbourhood in spacings, 1.5 to 4: with 2, a particle in a flat surface has too few neighbours to be flat.
     pub support: f32,
     /// How far ellipsoids are from spheres, 0 (spheres) to 1.
@@ -97,7 +98,7 @@ impl Default for AnisotropyParams {
     fn default() -> Self {
         Self {
             form: None,
-            auto_particles: Self::AUTO_PARTICLES,
+            auto_particles: None,
             support: 2.5,
             strength: 1.0,
             ratio: 4.0,
@@ -113,17 +114,21 @@ impl AnisotropyParams {
     /// Farthest that a centre is moved, in spacings.
     pub(crate) const MAX_SHIFT_SPACINGS: f32 = 0.5;
 
-    /// `auto_particles` where nothing is known of the adapter: a software driver finds shapes of so many in half a second.
+    /// For software drivers, which find shapes of so many in half a second, and where nothing is known of the adapter.
     pub const AUTO_PARTICLES: usize = 400_000;
 
-    /// `auto_particles` for a discrete GPU: an NVIDIA H100 finds the shapes of all of 1.13 million particles in 3 to 4 ms
-    /// (benches/RESULTS.md).
+    /// For discrete GPUs: an NVIDIA H100 finds the shapes of 1.13 million particles in 1.4 ms (benches/RESULTS.md).
     pub const AUTO_PARTICLES_DISCRETE: usize = 20_000_000;
 
     /// With the form, if it is open, decided for frames of up to `particles` particles.
     pub fn resolved(&self, particles: usize) -> Self {
-        let few = if particles <= self.auto_particles { Anisotropy::YuTurk } else { Anisotropy::None };
+        let few = if particles <= self.most_ellipsoids() { Anisotropy::YuTurk } else { Anisotropy::None };
         Self { form: Some(self.form.unwrap_or(few)), ..*self }
+    }
+
+    /// Most particles of a frame that are drawn as ellipsoids where the form is open.
+    pub fn most_ellipsoids(&self) -> usize {
+        self.auto_particles.unwrap_or(Self::AUTO_PARTICLES)
     }
 
     /// What particles are drawn as.

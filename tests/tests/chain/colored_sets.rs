@@ -67,16 +67,18 @@ fn scene(frame: &SetFrame, change: impl FnOnce(&mut Settings)) -> (World, [Vec<f
     (world, channels.into_iter().map(|c| c.values).collect::<Vec<_>>().try_into().expect("three channels"))
 }
 
-/// Whether both are the same radiance. GPUs add up in another order where another pass drew it, which may be the last step of a
-/// half float: 0.1 %.
-fn is_same(a: [f32; 3], b: [f32; 3]) -> bool {
-    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= 1e-3 * a.abs())
+/// Whether both are the same radiance: to the bit, but a GPU adds up in another order where another pass drew it, which may be the
+/// last step of a half float (NVIDIA H100), 0.1 %.
+fn is_same(a: [f32; 3], b: [f32; 3], is_software: bool) -> bool {
+    let tolerance = if is_software { 0.0 } else { 1e-3 };
+    a.iter().zip(b).all(|(a, b)| (a - b).abs() <= tolerance * a.abs())
 }
 
 /// What a surface sends is linear in its albedo, whatever its normal and light: its material and black give the line, on which the
 /// albedo of every pixel is then read.
 #[test]
 fn opaque_sets_have_the_albedo_of_their_values_and_others_their_own() {
+    let is_software = Gpu::new(&AdapterChoice::default()).expect("an adapter").summary().is_software();
     // The blocks touch. What has colours is smoothed apart from what has none; of spheres, the seam is a pixel.
     for (look, material, seam) in [(Look::Solid, "soil", 0.25), (Look::Spheres, "plain", 0.011)] {
         let frame = blocks(look);
@@ -101,9 +103,9 @@ fn opaque_sets_have_the_albedo_of_their_values_and_others_their_own() {
             if (x - 1.0).abs() < seam {
                 continue;
             }
-            if is_same(plain, black) {
+            if is_same(plain, black, is_software) {
                 // Sky and floor, or the set that has no values.
-                assert!(is_same(plain, drawn), "{look:?} at x = {x}: {plain:?} and {drawn:?}");
+                assert!(is_same(plain, drawn, is_software), "{look:?} at x = {x}: {plain:?} and {drawn:?}");
                 right += usize::from(x > 1.0);
                 continue;
             }
