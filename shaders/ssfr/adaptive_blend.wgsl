@@ -42,7 +42,8 @@ fn blend(id: vec2<u32>) {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    for (var i = id.x; i < covered.count; i += groups.x * 64u) {
+    let end = covered.count;
+    for (var i = id.x; i < end; i += groups.x * 64u) {
         blend(unpack_pixel(covered.packed[i]));
     }
 }

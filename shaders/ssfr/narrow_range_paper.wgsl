@@ -108,7 +108,8 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     var taps = 0u;
-    for (var i = id.x; i < covered.count; i += groups.x * 64u) {
+    let end = covered.count;
+    for (var i = id.x; i < end; i += groups.x * 64u) {
         let pixel = unpack_pixel(covered.packed[i]);
         let found = smooth_pixel(pixel);
         textureStore(smoothed, pixel, vec4(found.value));

@@ -1,5 +1,6 @@
 // Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
-// stand for groups of particles. STRIPS: of what was left to strips.
+// stand for groups of particles. STRIPS: of what was left to strips. POINTS: of sets none of which is large enough for its profile to
+// be drawn: software drivers go through what no lane needs.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, StandIn}
 #import meniscus::thickness::{Thickness, SATURATED}
@@ -38,6 +39,7 @@ fn steps_of_volume(grid: Grid, splat: Splat) -> f32 {
     return splat.volume * sqrt(1.0 + dot(slope, slope)) / (pixel_size.x * pixel_size.y) * splats.steps_per_world;
 }
 
+#ifndef POINTS
 #ifdef STAND_IN
 // From this many pixels on, the samples of a profile are right to a hundredth.
 const WIDE_PX: i32 = 5;
@@ -82,6 +84,7 @@ fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>, ori
     }
     return part.visited;
 }
+#endif
 
 // Uniform in [0, 1): rounds the small addends of far splats up as often as needed for their sum to be right.
 fn dither(position_world: vec3<f32>, packed: u32) -> f32 {
@@ -128,10 +131,12 @@ fn draw_particle(grid: Grid, origin: Strip, lane: u32) -> u32 {
         return 0u;
     }
     let box = footprint(grid, splat);
-    if max(box.half_px.x, box.half_px.y) < thickness.profile_half_px {
-        return draw_point(grid, splat, box.center_px, noise);
+#ifndef POINTS
+    if max(box.half_px.x, box.half_px.y) >= thickness.profile_half_px {
+        return draw_profile(grid, splat, box.first, box.last, origin, lane);
     }
-    return draw_profile(grid, splat, box.first, box.last, origin, lane);
+#endif
+    return draw_point(grid, splat, box.center_px, noise);
 }
 
 @compute @workgroup_size(LANES)

@@ -43,7 +43,8 @@ fn upsample(id: vec2<u32>) {
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    for (var i = id.x; i < covered_pixels.count; i += groups.x * 64u) {
+    let end = covered_pixels.count;
+    for (var i = id.x; i < end; i += groups.x * 64u) {
         upsample(unpack_pixel(covered_pixels.packed[i]));
     }
 }

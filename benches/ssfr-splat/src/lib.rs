@@ -145,6 +145,7 @@ impl Splats {
             volume_world: self.volume_world,
             radii: Radii::Equal,
             is_uniform_mass: true,
+            most_half_px: f32::INFINITY,
         });
     }
 }

@@ -14,10 +14,10 @@ pub fn list(size: [u32; 2], shows: impl Fn(usize) -> bool) -> Vec<u32> {
     words
 }
 
-/// Dispatch of a pass over the list, in groups of 64 that take every so many pixels of it: its length is known on the GPU only.
+/// Dispatch of a pass over the list, in groups of 64.
 pub fn dispatch(size: [u32; 2]) -> Dispatch {
     let pixels = u64::from(size[0]) * u64::from(size[1]);
-    Dispatch::Groups(pixels.div_ceil(64).min(1024))
+    Dispatch::Shares(pixels.div_ceil(64))
 }
 
 #[cfg(test)]
@@ -28,6 +28,6 @@ mod tests {
     fn the_list_has_its_length_and_all_that_shows() {
         assert_eq!(list([3, 2], |i| i > 3), [2, 1 | 1 << 16, 2 | 1 << 16, 0]);
         assert_eq!(list([3, 2], |_| false), [0, 0]);
-        assert_eq!(dispatch([8, 8]), Dispatch::Groups(1));
+        assert_eq!(dispatch([8, 8]), Dispatch::Shares(1));
     }
 }

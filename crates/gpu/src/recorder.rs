@@ -56,15 +56,28 @@ pub enum Dispatch {
     /// This many workgroups of a one-dimensional pass, folded into rows where one dimension does not hold them: the
     /// shader's index is `group.y * num_workgroups.x + group.x`, and it checks the end.
     Groups(u64),
+    /// Workgroups of a one-dimensional pass that share out a list whose length only the GPU knows, each of which walks on through
+    /// it in steps of all of them: this many at most, fewer where that is enough to keep the adapter busy.
+    Shares(u64),
 }
 
+/// Workgroups that keep any GPU busy several times over.
+const GPU_SHARES: u64 = 4096;
+/// Enough to spread over the cores of a processor evenly; one that finds nothing to do costs three microseconds there.
+const SOFTWARE_SHARES: u64 = 128;
+
 impl Dispatch {
-    fn groups(self, workgroup: [u32; 3], max: u32) -> [u32; 3] {
+    fn groups(self, workgroup: [u32; 3], gpu: &Gpu) -> [u32; 3] {
+        let max = gpu.limits().max_compute_workgroups_per_dimension;
         match self {
             Self::Pixels(size) => [size[0].div_ceil(workgroup[0]), size[1].div_ceil(workgroup[1]), 1],
             Self::Groups(count) => {
                 let x = count.min(u64::from(max)) as u32;
                 [x, if x == 0 { 0 } else { count.div_ceil(u64::from(x)) as u32 }, 1]
+            }
+            Self::Shares(most) => {
+                let busy = if gpu.summary().is_software() { SOFTWARE_SHARES } else { GPU_SHARES };
+                [most.min(busy) as u32, 1, 1]
             }
         }
     }
@@ -269,8 +282,7 @@ impl Recorder {
         bindings: &[(&str, Binding)],
         dispatch: Dispatch,
     ) {
-        let groups =
-            dispatch.groups(pipeline.workgroup_size(), gpu.limits().max_compute_workgroups_per_dimension);
+        let groups = dispatch.groups(pipeline.workgroup_size(), gpu);
         if groups.contains(&0) {
             return;
         }

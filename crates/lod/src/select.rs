@@ -102,6 +102,8 @@ pub struct Selection {
     pub is_uniform_surface: bool,
     /// Whether all particles that count in the thickness count as themselves and have the set's own size.
     pub is_uniform_mass: bool,
+    /// Half size in pixels that no particle exceeds that counts in the thickness as itself.
+    pub most_half_px: f32,
     /// Whether particles have sizes of their own.
     pub has_sizes: bool,
 }
@@ -120,6 +122,7 @@ impl Selection {
             least_keep: KeptRange::KEEP_ALL,
             is_uniform_surface: !set.has_sizes,
             is_uniform_mass: !set.has_sizes,
+            most_half_px: 0.0,
             has_sizes: set.has_sizes,
         }
     }
@@ -129,6 +132,7 @@ impl Selection {
         self.least_keep = self.least_keep.min(choice.least_keep);
         self.is_uniform_surface &= choice.is_uniform_surface;
         self.is_uniform_mass &= choice.is_uniform_mass;
+        self.most_half_px = self.most_half_px.max(choice.most_half_px);
         for part in &choice.parts {
             let kept = u64::from(part.surface.count);
             self.counts.kept += kept;
@@ -146,6 +150,7 @@ impl Selection {
             all.least_keep = all.least_keep.min(part.least_keep);
             all.is_uniform_surface &= part.is_uniform_surface;
             all.is_uniform_mass &= part.is_uniform_mass;
+            all.most_half_px = all.most_half_px.max(part.most_half_px);
             all.counts.kept += part.counts.kept;
             all.counts.tested += part.counts.tested;
             all.counts.stand_ins += part.counts.stand_ins;
@@ -190,7 +195,7 @@ pub(crate) struct Candidate<'a> {
 ///
 /// The surface is drawn from the shells that face the eye first. What faces away or is buried is drawn where those do not
 /// hide it, so that the picture is the same with far less work. In the thickness, stand-ins take the place of particles where
-/// the tolerated errors allow, but not at full detail. Isolated particles of a set with foam are no part of either.
+/// the tolerated errors allow, at full detail only where no colour changes by more than [`LodParams::error_color`]. Isolated particles of a set with foam are no part of either.
 ///
 /// # Errors
 /// [`LodError`] where an argument is out of range.
@@ -381,6 +386,7 @@ struct Choice {
     least_keep: u32,
     is_uniform_surface: bool,
     is_uniform_mass: bool,
+    most_half_px: f32,
 }
 
 impl Choice {
@@ -490,6 +496,7 @@ impl Chooser<'_> {
             least_keep: if is_small { KeptRange::KEEP_ALL } else { front },
             is_uniform_surface: is_small || open == KeptRange::KEEP_ALL,
             is_uniform_mass: mass == KeptRange::KEEP_ALL,
+            most_half_px: self.most_half_px(candidate, &parts),
             parts,
         }
     }
@@ -508,6 +515,19 @@ impl Chooser<'_> {
         let keep = |factor: f64, at_least: f64| self.cut.keep(candidate.importance * factor, at_least);
         let buried = if self.params.policy == Policy::Default { BURIED } else { 1.0 };
         [keep(1.0, candidate.spared), keep(candidate.shell, 0.0), keep(buried, 0.0)]
+    }
+
+    /// Half size in pixels that no particle of `parts` exceeds that counts in the thickness as itself.
+    fn most_half_px(&self, candidate: &Candidate, parts: &[PartChoice]) -> f32 {
+        let growth = |mass: &Prefix| if mass.keep == KeptRange::KEEP_ALL { 1.0 } else { MAX_GROWTH };
+        let of_part = |part: &PartChoice| match part.mass.count {
+            0 => 0.0,
+            _ => {
+                let radius_world = self.viewpoint.radius_world * candidate.chunk.largest * growth(&part.mass);
+                self.view.most_half_px(radius_world, candidate.nearest)
+            }
+        };
+        parts.iter().map(of_part).fold(0.0, f32::max)
     }
 
     fn grown_radius_px(&self, candidate: &Candidate) -> f32 {

@@ -116,6 +116,22 @@ impl View {
         2.0 * radius_world * self.px_per_world(distance)
     }
 
+    /// Half size in pixels that the outline of a sphere does not exceed whose centre is at least so far away, wherever it is in the
+    /// picture; infinite where it may reach the eye. Towards the corners outlines are stretched (`algorithms.md` 1.2).
+    pub(crate) fn most_half_px(&self, radius_world: f32, distance: f32) -> f32 {
+        let half_px = 0.5 * self.diameter_px(radius_world, distance);
+        if self.camera.is_orthographic() {
+            return half_px;
+        }
+        let relative = radius_world / distance;
+        if !(relative > 0.0 && relative < 1.0) {
+            return if radius_world > 0.0 { f32::INFINITY } else { 0.0 };
+        }
+        // Of those in view, centres lie a radius outside at most.
+        let corner = self.half_extent + relative;
+        half_px * (1.0 + corner.length_squared()).sqrt() / (1.0 - relative * relative)
+    }
+
     /// View distance of a point, at least the near distance; world units.
     pub(crate) fn distance(&self, point: Vec3) -> f32 {
         (-self.view_from_world.transform_point3(point).z).max(self.camera.near)
@@ -155,6 +171,36 @@ mod tests {
                 assert!((view.fall_off(point) - expected).abs() < 1e-6, "{point}");
             }
             assert!((view.distance(Vec3::ZERO) - 5.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
+    fn no_outline_is_larger_than_the_bound() {
+        let size = [640, 480];
+        let camera = Camera {
+            eye: Vec3::ZERO,
+            target: -Vec3::Z,
+            up: Vec3::Y,
+            projection: Projection::Perspective { fovy_rad: 1.5 },
+            near: 0.01,
+        };
+        let view = View::new(&camera, size);
+        let px_per_plane = size[1] as f32 / (2.0 * camera.half_extent(size).y);
+        for radius in [0.001, 0.1, 0.5, 0.9] {
+            let bound = view.most_half_px(radius, 1.0);
+            let mut largest: f32 = 0.0;
+            for (x, d) in [-1.0, -0.5, 0.0, 1.0].into_iter().flat_map(|x| [(x, 1.0), (x, 1.5), (x, 40.0)]) {
+                // Half of what lies between the tangents of the rays that touch the sphere, `algorithms.md` 1.2.
+                let x = x * (camera.half_extent(size).x * d + radius);
+                let half = radius * (x * x + d * d - radius * radius).sqrt() / (d * d - radius * radius);
+                largest = largest.max(half * px_per_plane);
+            }
+            assert!(largest <= bound && bound < 2.0 * largest, "{radius}: {largest} of {bound} px");
+        }
+        for (radius, distance, bound) in
+            [(1.0, 0.5, f32::INFINITY), (1.0, -3.0, f32::INFINITY), (0.0, -3.0, 0.0)]
+        {
+            assert_eq!(view.most_half_px(radius, distance), bound, "{radius} {distance}");
         }
     }
 

@@ -97,6 +97,7 @@ pub(crate) fn splat_set<'a>(
             Radii::Different
         },
         is_uniform_mass: selection.is_uniform_mass,
+        most_half_px: selection.most_half_px,
     }
 }
 

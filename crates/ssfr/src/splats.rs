@@ -59,6 +59,8 @@ pub struct SplatSet<'a> {
     pub radii: Radii,
     /// Whether every particle that counts in the thickness has the set's radius and volume.
     pub is_uniform_mass: bool,
+    /// Half size in pixels that none of them exceeds in the picture; infinite where that is not known.
+    pub most_half_px: f32,
 }
 
 impl SplatSet<'_> {

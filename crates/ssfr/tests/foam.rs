@@ -33,6 +33,7 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
         volume_world: scene.spacing.powi(3),
         radii: scene.radii,
         is_uniform_mass: true,
+        most_half_px: f32::INFINITY,
     };
     let scene_distance = Texture::<SceneDistance>::new(gpu, scene.size).unwrap();
     scene_distance.write(gpu, &scene.scene_distance);

@@ -6,7 +6,7 @@ use common::{Scene, gpu, is_fluid, parallel, params, perspective};
 use meniscus_cases::lattice;
 use meniscus_core::Projection;
 use meniscus_gpu::role::NO_SURFACE;
-use meniscus_ssfr::twin;
+use meniscus_ssfr::{Radii, twin};
 
 fn mean(values: impl Iterator<Item = f32>) -> f64 {
     let (sum, count) = values.fold((0.0, 0), |(sum, count), v| (sum + f64::from(v), count + 1));
@@ -50,6 +50,25 @@ fn the_integral_over_the_picture_is_the_volume() {
         // pixel's ring around the body.
         let tolerance = if side >= 100 { 1e-3 } else { 0.03 };
         assert!((volume / body.volume - 1.0).abs() < tolerance, "{side}: {volume} of {}", body.volume);
+    }
+}
+
+/// The passes for sets of which no profile is drawn give the same sums; a set that is said to be larger is drawn with its profiles.
+#[test]
+fn sets_of_small_splats_are_drawn_as_all_others() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -1.0, -6.0], [20, 20, 20], 0.1, 0.4, 1);
+    for radii in [Radii::Equal, Radii::Different] {
+        for (side, is_small) in [(96, true), (640, false)] {
+            let scene = Scene::new(parallel(0.0, 4.0), [side, side], &body.positions, 0.0625, 0.1);
+            let half_px = 0.0625 * side as f32 / 4.0;
+            let params = params("none", 2, 1.0);
+            assert_eq!(half_px < 2.0 * params.thickness.profile_half_px(), is_small);
+            let unknown = Scene { radii, ..scene };
+            let expected = unknown.render(&gpu, &params).thickness;
+            let known = Scene { most_half_px: half_px, ..unknown };
+            assert_eq!(known.render(&gpu, &params).thickness, expected, "{radii:?}, {half_px} px");
+        }
     }
 }
 

@@ -63,8 +63,7 @@ pub fn scratch_len(size: [u32; 2]) -> usize {
 
 impl FilterImages<'_> {
     /// Dispatch of a pass over [`Self::covered`] with workgroups of 64, each invocation of which walks on through the list:
-    /// only the GPU knows how long that is. 65,536 invocations keep every GPU busy and cost a software driver little when
-    /// there is less to do.
+    /// only the GPU knows how long that is.
     pub fn over_covered(&self) -> Dispatch {
         covered::dispatch(self.front.size())
     }

@@ -1,7 +1,9 @@
 //! How the splat passes go over the pages of all sets.
 
 use meniscus_gpu::role::Scratch;
-use meniscus_gpu::{Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Recorder, Shader};
+use meniscus_gpu::{
+    Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, RangeList, Recorder, Shader,
+};
 
 use super::counted_pipeline;
 use crate::splats::{Common, SplatUniform, VisibleRadius, closing};
@@ -33,12 +35,10 @@ impl SplatPipelines {
     }
 }
 
-/// Words of the list of strips: its length, and 131 072 strips of four, which is room for half a billion pixels. Splats that find none
-/// are drawn as small ones are.
-pub(crate) const STRIP_WORDS: usize = 4 * (1 + (1 << 17));
-
-/// Workgroups that share the strips out: enough to fill a GPU, and soon done where there are none.
-const STRIP_SHARES: u64 = 1024;
+/// Most strips of a page, which is room for half a billion pixels. Splats that find none are drawn as small ones are.
+const STRIPS: u64 = 1 << 17;
+/// Words of the list of strips: its length, and four each.
+pub(crate) const STRIP_WORDS: usize = 4 * (1 + STRIPS as usize);
 
 /// What draws the splats of a page: `whole` those that an invocation draws alone, `strips` the rest (`shaders/ssfr/strips.inc.wgsl`).
 pub(super) struct PageDrawing<'a> {
@@ -63,7 +63,7 @@ impl PageDrawing<'_> {
         bindings.push(("strips", self.list.bind()));
         let whole: Vec<_> = bindings.iter().cloned().chain(of_whole).chain([("ranges", ranges)]).collect();
         recorder.compute(gpu, name, self.whole, &whole, groups);
-        recorder.compute(gpu, name, self.strips, &bindings, Dispatch::Groups(STRIP_SHARES));
+        recorder.compute(gpu, name, self.strips, &bindings, Dispatch::Shares(STRIPS));
     }
 }
 
@@ -90,25 +90,24 @@ pub(super) struct PageBindings {
     /// Of the shapes, where there are any.
     pub(super) shapes: Option<Binding>,
     pub(super) is_uniform: bool,
+    /// Of the set ([`SplatSet::most_half_px`]).
+    pub(super) most_half_px: f32,
     pub(super) groups: Dispatch,
 }
 
-/// Most workgroups that share a list out whose length only the GPU knows: enough to fill any GPU several times over.
-const MOST_SHARES: u64 = 4096;
-
 impl List {
-    /// Spheres and ranges of the list, and how many workgroups draw it; `None` where the page has no such list.
-    fn of(self, page: &SplatInput<'_>) -> Option<(Binding, Binding, u64)> {
+    /// Spheres and ranges of the list, and over which workgroups it is drawn; `None` where the page has no such list.
+    fn of(self, page: &SplatInput<'_>) -> Option<(Binding, Binding, Dispatch)> {
+        let groups = |ranges: &RangeList| Dispatch::Groups(ranges.len() as u64);
         let particles = page.particles.bind();
         match self {
-            Self::Front => Some((particles, page.front.bind(), page.front.len() as u64)),
+            Self::Front => Some((particles, page.front.bind(), groups(page.front))),
             Self::Visible => page.tested.map(|tested| {
-                let most = tested.occludees.len() as u64;
-                (particles, tested.visible.bind(), most.min(MOST_SHARES))
+                (particles, tested.visible.bind(), Dispatch::Shares(tested.occludees.len() as u64))
             }),
-            Self::Mass => Some((particles, page.mass.bind(), page.mass.len() as u64)),
+            Self::Mass => Some((particles, page.mass.bind(), groups(page.mass))),
             Self::StandIns => {
-                page.stand_ins.map(|(spheres, ranges)| (spheres.bind(), ranges.bind(), ranges.len() as u64))
+                page.stand_ins.map(|(spheres, ranges)| (spheres.bind(), ranges.bind(), groups(ranges)))
             }
         }
     }
@@ -125,7 +124,7 @@ pub(super) fn each_page(
     for set in sets {
         for (index, page) in set.pages.iter().enumerate() {
             let Some((particles, ranges, groups)) = list.of(page) else { continue };
-            if groups == 0 {
+            if matches!(groups, Dispatch::Groups(0) | Dispatch::Shares(0)) {
                 continue;
             }
             let radius_world = if list == List::StandIns { set.spacing_world() } else { set.radius_world };
@@ -151,7 +150,8 @@ pub(super) fn each_page(
                     ranges,
                     shapes: page.shapes.map(Buffer::bind),
                     is_uniform,
-                    groups: Dispatch::Groups(groups),
+                    most_half_px: set.most_half_px,
+                    groups,
                 },
             );
         }

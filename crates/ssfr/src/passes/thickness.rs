@@ -47,6 +47,7 @@ const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 pub(crate) struct ThicknessPasses {
     prepare: ComputePipeline,
     thickness: SplatPipelines,
+    points: SplatPipelines,
     thickness_strips: ComputePipeline,
     stand_ins: ComputePipeline,
     stand_in_strips: ComputePipeline,
@@ -60,11 +61,13 @@ impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let columns = Definition { name: "COLUMNS", value: 1 };
         let stand_in = Definition { name: "STAND_IN", value: 1 };
+        let points = Definition { name: "POINTS", value: 1 };
         let strips = Definition { name: "STRIPS", value: 1 };
         let splats = |definitions| counted_pipeline(gpu, shader!("ssfr/thickness"), definitions, COUNTER);
         Ok(Self {
             prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
             thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[], COUNTER)?,
+            points: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[points], COUNTER)?,
             thickness_strips: splats(&[strips])?,
             stand_ins: splats(&[stand_in])?,
             stand_in_strips: splats(&[stand_in, strips])?,
@@ -126,6 +129,12 @@ impl ThicknessPasses {
                     ("limit", reduced.limit.bind()),
                     ("sum", reduced.sum.bind()),
                 ];
+                if list == List::Mass && page.most_half_px < uniform.profile_half_px * reduced.scale as f32 {
+                    let whole = self.points.of(page.is_uniform);
+                    let bindings = [bindings, vec![("ranges", page.ranges)]].concat();
+                    recorder.compute(gpu, "ssfr.thickness", whole, &bindings, page.groups);
+                    return;
+                }
                 let (whole, strips) = match list {
                     List::StandIns => (&self.stand_ins, &self.stand_in_strips),
                     _ => (self.thickness.of(page.is_uniform), &self.thickness_strips),

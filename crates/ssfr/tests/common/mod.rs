@@ -27,6 +27,7 @@ pub struct Scene {
     pub radius: f32,
     pub spacing: f32,
     pub radii: Radii,
+    pub most_half_px: f32,
     /// Shapes of all particles; none: spheres.
     pub shapes: Option<AnisotropyParams>,
     /// Ranges that are drawn where `ranges` do not hide them.
@@ -54,6 +55,7 @@ impl Scene {
             radius,
             spacing,
             radii: Radii::Equal,
+            most_half_px: f32::INFINITY,
             shapes: None,
             occludees: Vec::new(),
             stand_ins: Vec::new(),
@@ -116,6 +118,7 @@ pub fn render_together(
             volume_world: scene.spacing.powi(3),
             radii: scene.radii,
             is_uniform_mass: scene.radii == Radii::Equal,
+            most_half_px: scene.most_half_px,
         })
         .collect();
     let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
