@@ -18,7 +18,7 @@ const PERIOD_ERRORS: f32 = 8.0;
 
 /// Distance of particles, in samples of the thickness, up to which stand-ins cost less than their particles: a large sphere covers
 /// many samples, while a particle is shared out between four whatever its size. Measured on llvmpipe for samples of 2 x 2 pixels.
-const WORTH_IT_SAMPLES: [f32; 3] = [2.5, 2.5, 4.0];
+const WORTH_IT_SAMPLES: [f32; 3] = [1.5, 2.5, 4.0];
 
 /// The stand-ins to take for a part of a chunk whose particles are `spacing_px` pixels apart, where a sample of the thickness is as
 /// wide as `sample_px`; `None`: its particles.
@@ -29,12 +29,13 @@ pub(crate) fn stand_ins_for(
     sample_px: f32,
     params: &LodParams,
 ) -> Option<StandIns> {
-    let is_full = params.mode == Mode::Threshold && params.threshold >= 1.0;
+    if params.mode == Mode::Threshold && !(params.threshold > 0.0 && params.threshold < 1.0) {
+        return None;
+    }
     let is_tolerated = |coarseness: Coarseness| {
         let error = RELATIVE_ERROR[usize::from(is_buried)][coarseness as usize] * COLOR_PER_RELATIVE_ERROR;
-        // At full detail only what cannot be told from it.
-        let is_fine = coarseness.edge_spacings() * spacing_px <= PERIOD_ERRORS * params.error_px;
-        error <= params.error_color || is_fine && !is_full
+        error <= params.error_color
+            || coarseness.edge_spacings() * spacing_px <= PERIOD_ERRORS * params.error_px
     };
     Coarseness::ALL
         .into_iter()

@@ -56,8 +56,7 @@ pub struct LodParams {
     #[schemars(range(min = 0.0))]
     pub error_px: f32,
     /// How much the colour may change for what stand-ins do to the thickness, 0..=1 of the display's range: an estimate, no
-    /// bound; at shores of distant water single pixels differ by some ten times the default. Holds at every threshold; at 1 it
-    /// alone decides, and 0 counts all particles as themselves.
+    /// bound; at shores of distant water single pixels differ by some ten times the default. Also holds below threshold 1.
     #[schemars(range(min = 0.0, max = 1.0))]
     pub error_color: f32,
     /// Distance from the eye along the view axis beyond which chunks are left out, world units, > 0; none: no limit.

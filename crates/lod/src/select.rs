@@ -195,7 +195,7 @@ pub(crate) struct Candidate<'a> {
 ///
 /// The surface is drawn from the shells that face the eye first. What faces away or is buried is drawn where those do not
 /// hide it, so that the picture is the same with far less work. In the thickness, stand-ins take the place of particles where
-/// the tolerated errors allow, at full detail only where no colour changes by more than [`LodParams::error_color`]. Isolated particles of a set with foam are no part of either.
+/// the tolerated errors allow, but not at full detail. Isolated particles of a set with foam are no part of either.
 ///
 /// # Errors
 /// [`LodError`] where an argument is out of range.

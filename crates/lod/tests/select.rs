@@ -12,8 +12,8 @@ use meniscus_gpu::role::{KeptRange, PackedParticle};
 use meniscus_lod::select::RANGE_PARTICLES;
 use meniscus_lod::weight::kept;
 use meniscus_lod::{
-    ChunkOptions, ChunkedSet, Coarseness, Fate, Identity, LodError, LodParams, Mode, PageSelection, Policy,
-    Selection, Selector, Viewpoint, chunks, explain, select,
+    ChunkOptions, ChunkedSet, Identity, LodError, LodParams, Mode, PageSelection, Policy, Selection,
+    Selector, Viewpoint, chunks, select,
 };
 use proptest::prelude::*;
 
@@ -219,11 +219,9 @@ fn the_volume_is_that_of_all_whatever_is_kept() {
         for threshold in [1e-6, 0.1, 0.3, 0.6, 0.95, 1.0] {
             let selection = choose(&set, &camera, &at(threshold));
             assert_eq!(volume(&set, &selection), selection.visible as f64, "{threshold}");
+            assert!(threshold < 1.0 || selection.counts.stand_ins == 0, "full detail has none");
             stand_ins += selection.counts.stand_ins;
         }
-        let exact = choose(&set, &camera, &LodParams { error_color: 0.0, ..at(1.0) });
-        assert_eq!(exact.counts.stand_ins, 0, "full detail of which no error is tolerated");
-        assert_eq!(volume(&set, &exact), exact.visible as f64);
         for (error_px, error_color) in [(0.0, 0.0), (0.5, 0.004), (4.0, 0.1), (1e6, 1.0)] {
             let bound = LodParams { mode: Mode::ErrorBound, error_px, error_color, ..at(1.0) };
             let selection = choose(&set, &camera, &bound);
@@ -231,25 +229,6 @@ fn the_volume_is_that_of_all_whatever_is_kept() {
         }
     }
     assert!(stand_ins > 1000, "{stand_ins} say little");
-}
-
-/// At full detail the finest stand-ins of what is buried are the only ones, however small the particles are in the picture.
-#[test]
-fn full_detail_has_no_stand_ins_that_could_be_seen() {
-    let set = chunked(&pool([64, 64, 32], 0));
-    let mut taken = 0;
-    for camera in views() {
-        for size_px in [[160, 90], [640, 360]] {
-            let viewpoint = viewpoint(&camera, size_px, RADIUS);
-            for fate in explain(&set, &viewpoint, &at(1.0)).unwrap() {
-                let Fate::Selected { stand_ins: [shell, buried], .. } = fate else { continue };
-                assert_eq!(shell, None);
-                assert!(buried.is_none_or(|buried| buried == Coarseness::ALL[0]), "{buried:?}");
-                taken += usize::from(buried.is_some());
-            }
-        }
-    }
-    assert!(taken > 0, "says nothing without any");
 }
 
 #[test]
