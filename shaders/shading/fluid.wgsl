@@ -5,6 +5,7 @@
 
 #import meniscus::body::{COLOR_MIRROR, irradiance, tinted}
 #import meniscus::brdf::{PI, fresnel_dielectric}
+#import meniscus::calm::calmed
 #import meniscus::camera::px_per_world
 #import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, scene_color, attribute_color, coverage, point_to_world, to_world}
 #import meniscus::medium::{Medium, transmitted}
@@ -108,10 +109,11 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let scene = textureLoad(scene_color, pixel, 0);
     let thickness = thickness_at(pixel);
     let distance = distance_at(pixel);
-    // The mean normal: differences between single pixels are mostly noise, which refraction would magnify.
+    // The mean normal: differences between single pixels are mostly noise.
     let around = neighbourhood(pixel, distance, model.spacing_world);
     let water = water_point(camera, pixel, distance, around.normal_sum);
-    let path = refracted_path(water, thickness, model.refractive_index, model.refraction_scale, model.spacing_world);
+    let calm = water_point(camera, pixel, distance, calmed(pixel, water.normal_view));
+    let path = refracted_path(calm, thickness, model.refractive_index, model.refraction_scale, model.spacing_world);
     let dim = shadow(path.end_px, path.length_world, model.medium, model.shadow_extinction, MAX_SHADOW);
     let behind = dim * wet(path) * background(path.end_px, path.nearest_distance, scene.rgb);
     let color = shade(sky_at(pixel), water, around, behind, path.length_world, attribute_color(pixel));

@@ -19,8 +19,9 @@
 // `meniscus::sunlight` of how it is focused there and of the share that reaches the water.
 @group(0) @binding(8) var sunlight: texture_2d<u32>;
 @group(0) @binding(9) var<storage, read_write> radiance: array<vec4<f32>>;
-// A single pixel without colour where no attribute colours the water.
+#ifdef COLORED
 @group(0) @binding(10) var surface_colors: texture_2d<f32>;
+#endif
 
 // The pixels that may show water.
 @group(0) @binding(12) var<storage, read> covered: CoveredPixels;
@@ -52,7 +53,11 @@ fn shows_water(pixel: vec2<u32>) -> bool {
 
 // Colour that an attribute gives the water; alpha is how much of the water's own it replaces.
 fn attribute_color(pixel: vec2<u32>) -> vec4<f32> {
-    return clamp(textureLoad(surface_colors, min(pixel, textureDimensions(surface_colors) - 1u), 0), vec4(0.0), vec4(1.0));
+#ifdef COLORED
+    return clamp(textureLoad(surface_colors, pixel, 0), vec4(0.0), vec4(1.0));
+#else
+    return vec4(0.0);
+#endif
 }
 
 // Less water than a fraction of a particle is a soft edge, not a surface.

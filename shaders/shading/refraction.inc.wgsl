@@ -52,7 +52,8 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
     return March(reach, seen);
 }
 
-// Scene colour around `px`, bilinear over the samples no nearer than `nearest_distance`; `fallback` if all are.
+// Scene colour around `px`, bilinear over the samples no nearer than `nearest_distance`; `fallback` if all are. Without objects
+// nothing lies in front of anything.
 fn background(px: vec2<f32>, nearest_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
     let corner = px - 0.5;
     let base = floor(corner);
@@ -63,7 +64,11 @@ fn background(px: vec2<f32>, nearest_distance: f32, fallback: vec3<f32>) -> vec3
         let offset = vec2(k & 1, k >> 1u);
         let at = clamp(vec2<i32>(base) + offset, vec2(0), last);
         let weights = mix(1.0 - f, f, vec2<f32>(offset));
+#ifdef OBJECTS
         let behind = textureLoad(scene_distance, at, 0).x >= nearest_distance;
+#else
+        let behind = true;
+#endif
         // A weight that is never quite zero keeps the quotient below defined.
         let weight = select(0.0, weights.x * weights.y + 1e-4, behind);
         sum += weight * vec4(textureLoad(scene_color, at, 0).rgb, 1.0);

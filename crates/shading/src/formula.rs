@@ -8,6 +8,7 @@ use meniscus_gpu::{
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
 
+use crate::calm::CalmPass;
 use crate::pictured::Pictured;
 use crate::twin::TwinInput;
 use crate::{
@@ -20,6 +21,10 @@ const PIXELS: Shader = shader!("shading/pixels");
 const WATER: Definition = Definition { name: "WATER", value: 1 };
 /// Where there are objects, which hide what is behind them and are mirrored.
 const OBJECTS: Definition = Definition { name: "OBJECTS", value: 1 };
+/// Where an attribute colours the water.
+const COLORED: Definition = Definition { name: "COLORED", value: 1 };
+/// What `meniscus::calm` reads.
+const CALM_NORMALS: &str = "calm_normals";
 /// Where nothing throws a shadow.
 const NO_SUNLIGHT: Definition = Definition { name: "NO_SUNLIGHT", value: 1 };
 
@@ -34,7 +39,8 @@ pub trait Formula:
     const NAME: &'static str;
     /// The module `meniscus::model`: `water_radiance` of a pixel that shows water, and `scene_radiance` of one that does not. Its own
     /// uniform is the variable `model`; all others are those of `meniscus::lighting_inputs`. `OBJECTS` is defined where the scene is
-    /// more than the floor; only then `meniscus::reflected_objects` can be used.
+    /// more than the floor; only then `meniscus::reflected_objects` can be used. A model that imports `meniscus::calm` has the normals that
+    /// this reads made for it.
     const SHADER: Shader;
     /// Name of the pass over the water in reports, `stage.pass`; the pass over the scene is `shading.dry`.
     const PASS: &'static str;
@@ -128,7 +134,8 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
         let scene = Pictured::new(|definitions| compile::<F>(gpu, definitions))?;
         let water = Pictured::new(|definitions| compile_water::<F>(gpu, definitions))?;
-        Ok(Box::new(PixelPass { model: self.clone(), scene, water }))
+        let calm = water.plain().binds(CALM_NORMALS).then(|| CalmPass::new(gpu)).transpose()?;
+        Ok(Box::new(PixelPass { model: self.clone(), scene, water, calm }))
     }
 
     fn twin(&self, input: &TwinInput<'_>, pixel: [u32; 2]) -> [f32; 4] {
@@ -156,6 +163,8 @@ struct PixelPass<F> {
     scene: Pictured<ComputePipeline>,
     /// Over those that show water.
     water: Pictured<ComputePipeline>,
+    /// For models that import `meniscus::calm`.
+    calm: Option<CalmPass>,
 }
 
 impl<F: Formula> LightingPass for PixelPass<F> {
@@ -178,17 +187,23 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         let uniform = self.model.parameters.uniform(inputs.scale, inputs.surroundings);
         let mut bindings = inputs.bindings(recorder);
         bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
+        match self.calm.as_ref().map(|calm| calm.record(gpu, recorder, inputs)).transpose() {
+            Ok(normals) => bindings.extend(normals.map(|normals| (CALM_NORMALS, normals))),
+            Err(error) => return gpu.report(&error),
+        }
         let size = inputs.camera.size_px;
         let objects = inputs.objects.is_some().then_some(OBJECTS);
         let no_sunlight = (!inputs.has_sunlight).then_some(NO_SUNLIGHT);
-        let kinds = [objects, no_sunlight];
+        // A picture of a single pixel has one of them in any case.
+        let colored = (inputs.surface_color.size() == size).then_some(COLORED);
+        let kinds = [objects, no_sunlight, colored];
         let water = self
             .water
             .choose(gpu, inputs.surroundings, kinds, |definitions| compile_water::<F>(gpu, definitions));
         // Where no water is, neither what it mirrors nor what it hides counts.
         let scene = self
             .scene
-            .choose_unpictured(gpu, [None, no_sunlight], |definitions| compile::<F>(gpu, definitions));
+            .choose_unpictured(gpu, [None, no_sunlight, None], |definitions| compile::<F>(gpu, definitions));
         for (name, pipeline, dispatch) in
             [("shading.dry", scene, Dispatch::Pixels(size)), (F::PASS, water, covered::dispatch(size))]
         {

@@ -4,6 +4,7 @@
 //! the water composited over the scene. Models are found by name in a [`LightingRegistry`], which is a plain value that a
 //! program may extend.
 
+mod calm;
 pub mod conformance;
 mod environment;
 mod error;
@@ -62,6 +63,7 @@ pub const INCLUDES: &[Shader] = &[
     shader!(include "shading/medium"),
     shader!(include "shading/lighting_inputs"),
     shader!(include "shading/neighbourhood"),
+    shader!(include "shading/calm"),
     shader!(include "shading/scene_march"),
     shader!(include "shading/refraction"),
     shader!(include "shading/reflection"),

@@ -62,8 +62,8 @@ pub struct LightingInputs<'a> {
     pub thickness: &'a Texture<Thickness>,
     /// Normals of the smoothed surface.
     pub normal: &'a Texture<ViewNormal>,
-    /// Colour that an attribute gives the water; a single pixel of alpha 0 where nothing is coloured, so that shaders read
-    /// it at `min(pixel, textureDimensions(surface_colors) - 1u)`.
+    /// Colour that an attribute gives the water; a single pixel of alpha 0 where nothing is coloured:
+    /// shaders ask `meniscus::lighting_inputs::attribute_color`.
     pub surface_color: &'a Texture<SurfaceColor>,
     /// The opaque scene; alpha 0 where there is only sky.
     pub scene_color: &'a Texture<SceneColor>,

@@ -9,8 +9,8 @@ use crate::Surroundings;
 #[derive(Debug)]
 pub(crate) struct Pictured<P> {
     plain: P,
-    /// By whether there is a picture (1), the first kind (2) and the second (4); the first of all is never made.
-    variants: [OnceLock<Option<P>>; 8],
+    /// By whether there is a picture (1), the first kind (2), the second (4) and the third (8); the first of all is never made.
+    variants: [OnceLock<Option<P>>; 16],
 }
 
 const PICTURED: Definition = Definition { name: "PICTURED", value: 1 };
@@ -35,7 +35,7 @@ impl<P> Pictured<P> {
         is_shadowed: bool,
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        self.choose(gpu, surroundings, [is_shadowed.then_some(SHADOWED), None], compile)
+        self.choose(gpu, surroundings, [is_shadowed.then_some(SHADOWED), None, None], compile)
     }
 
     /// The pass for these surroundings, of kinds of its own, each of which is the same in every call that has one. What keeps it from
@@ -44,30 +44,30 @@ impl<P> Pictured<P> {
         &self,
         gpu: &Gpu,
         surroundings: &Surroundings,
-        kinds: [Option<Definition>; 2],
+        kinds: [Option<Definition>; 3],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
         let is_pictured = surroundings.environment.sharp[0] != 0;
-        self.variant(gpu, [is_pictured.then_some(PICTURED), kinds[0], kinds[1]], compile)
+        self.variant(gpu, [is_pictured.then_some(PICTURED), kinds[0], kinds[1], kinds[2]], compile)
     }
 
     /// As [`Self::choose`] for a pass that does not look at the surroundings.
     pub(crate) fn choose_unpictured(
         &self,
         gpu: &Gpu,
-        kinds: [Option<Definition>; 2],
+        kinds: [Option<Definition>; 3],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        self.variant(gpu, [None, kinds[0], kinds[1]], compile)
+        self.variant(gpu, [None, kinds[0], kinds[1], kinds[2]], compile)
     }
 
     fn variant(
         &self,
         gpu: &Gpu,
-        kinds: [Option<Definition>; 3],
+        kinds: [Option<Definition>; 4],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        let place = (0..3).map(|kind| usize::from(kinds[kind].is_some()) << kind).sum::<usize>();
+        let place = (0..4).map(|kind| usize::from(kinds[kind].is_some()) << kind).sum::<usize>();
         if place == 0 {
             return &self.plain;
         }

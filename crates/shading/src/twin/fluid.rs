@@ -6,6 +6,7 @@ use glam::{Vec3, Vec4};
 
 use super::body::{COLOR_MIRROR, irradiance, tinted};
 use super::brdf::fresnel_dielectric;
+use super::calm::calmed;
 use super::medium::transmitted;
 use super::neighbourhood::{Neighbourhood, neighbourhood};
 use super::reflected_objects::reflected_object;
@@ -86,9 +87,11 @@ pub(crate) fn shade_pixel(fluid: &FluidUniform, input: &TwinInput<'_>, pixel: [u
     let (distance, thickness) = (input.distance[index], input.thickness[index]);
     let around = neighbourhood(input, pixel, distance, fluid.spacing_world);
     let water = water_point(input, pixel, distance, around.normal_sum);
+    let calm =
+        water_point(input, pixel, distance, calmed(input, pixel, water.normal_view, fluid.spacing_world));
     let path = refracted_path(
         input,
-        &water,
+        &calm,
         thickness,
         fluid.refractive_index,
         fluid.refraction_scale,

@@ -4,6 +4,7 @@
 pub(crate) mod blinn_phong;
 mod body;
 pub mod brdf;
+mod calm;
 mod environment;
 pub(crate) mod fluid;
 mod foam;

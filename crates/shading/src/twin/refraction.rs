@@ -62,7 +62,7 @@ pub(super) fn background(input: &TwinInput<'_>, px: Vec2, nearest_distance: f32,
         let offset = IVec2::new(k & 1, k >> 1);
         let at = input.clamped(base.as_ivec2() + offset);
         let along = |axis: usize| if offset[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
-        if input.scene_distance[at] >= nearest_distance {
+        if input.objects.is_none() || input.scene_distance[at] >= nearest_distance {
             let weight = along(0) * along(1) + 1e-4;
             sum += weight * input.scene_rgb(at);
             total += weight;
