@@ -1,5 +1,5 @@
 // The last pass of a smoothing filter: a small one in two dimensions that removes the streaks of the passes along rows and
-// columns (algorithms.md 3.5). From keys to distances.
+// columns (algorithms.md 3.5), and the pattern of their taps where these are more than a pixel apart. From keys to distances.
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
@@ -37,17 +37,22 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let r = original.y;
     let widths = sigmas(camera, smoothing, d, r);
     let sigma_px = widths.square_px;
-    // Near the picture's border a smaller one.
-    let gap = min(widths.gap, i32(min(room.x, room.y)) / 2);
+    // Pixels from one tap to the next; near the picture's border a smaller one.
+    let gap = min(max(i32(widths.period) / 4, 1), i32(min(room.x, room.y)) / 2);
     if gap < 1 || sigma_px < LEAST_SIGMA_PX {
         return Smoothed(center, 0u);
     }
-    // Weights at distances whose squares are 1, 2, 4, 5 and 8.
-    let w1 = exp(-0.5 / (sigma_px * sigma_px));
-    let w2 = w1 * w1;
-    let w4 = w2 * w2;
-    let w5 = w4 * w1;
-    let w8 = w4 * w4;
+    // Weights at distances of one and two taps along rows and columns: a Gaussian, or where taps along lines have gaps what takes
+    // away all that repeats after four taps or two, namely 1, 2, 2, 2, 1 (the mean of four twice, one tap apart).
+    let w = exp(-0.5 / (sigma_px * sigma_px));
+    let near = mix(w, 1.0, widths.gaps);
+    let far = mix(w * w * w * w, 0.5, widths.gaps);
+    // At distances whose squares are 1, 2, 4, 5 and 8.
+    let w1 = near;
+    let w2 = near * near;
+    let w4 = far;
+    let w5 = far * near;
+    let w8 = far * far;
     let left = key_at(pixel - gap * vec2(1, 0));
     let right = key_at(pixel + gap * vec2(1, 0));
     let above = key_at(pixel - gap * vec2(0, 1));

@@ -15,7 +15,8 @@ struct Smoothing {
     // taken to be.
     range_radii: f32,
     clamp_radii: f32,
-    pad: f32,
+    // Taps to each side, at most; a wider kernel is sampled in larger steps, which the smoothness of the splats allows.
+    most_taps: f32,
 }
 
 // A pixel after a pass.
@@ -31,8 +32,11 @@ struct Sigmas {
     pass_px: f32,
     // Of the clean-up in two dimensions, in its gaps.
     square_px: f32,
-    // Pixels from one of its taps to the next: where the taps along lines are further apart, their pattern has to be evened out.
-    gap: i32,
+    // Pixels between places that taps along lines treat alike: what repeats by that comes through them unsmoothed, and has to be
+    // evened out.
+    period: f32,
+    // How far it is from one pixel to two: 0 where all taps count the same, 1 where every other one is gone.
+    gaps: f32,
 }
 
 // Wider than any picture; also keeps taps from running over where a radius is absurd.
@@ -58,10 +62,11 @@ fn step_of(reach_px: f32, most: f32) -> f32 {
 fn sigmas(camera: Camera, smoothing: Smoothing, distance: f32, radius: f32) -> Sigmas {
     let total_px = sigma_in_px(camera, smoothing.sigma_spacings * smoothing.spacing_per_radius, distance, radius);
     let square_px = min(0.5 * total_px, 1.0);
-    // As if one pass did it all: they are no wider.
-    let step = step_of(REACH * WIDENED * total_px, MAX_TAPS * max(smoothing.sigma_spacings, 1.0));
-    let gap = max(i32(step) / 4, 1);
-    return Sigmas(sqrt((total_px * total_px - square_px * square_px) * smoothing.share), square_px, gap);
+    let pass_px = sqrt((total_px * total_px - square_px * square_px) * smoothing.share);
+    let reach_px = REACH * WIDENED * pass_px;
+    // Of every other tap more than half is gone from three quarters of the most taps on.
+    let period = step_of(reach_px, 0.75 * smoothing.most_taps);
+    return Sigmas(pass_px, square_px, period, 1.0 - odd_weight(reach_px, smoothing.most_taps));
 }
 
 // Kernels are a Gaussian less its value at 2.5 of its standard deviations, where they end: nothing jumps as one more tap fits,
@@ -69,13 +74,16 @@ fn sigmas(camera: Camera, smoothing: Smoothing, distance: f32, radius: f32) -> S
 // deviation; this one has the nominal value. At the picture's border kernels end earlier.
 const WIDENED: f32 = 1.0 / 0.8928;
 const REACH: f32 = 2.5;
-// Taps to each side, for each spacing of sigma beyond the first as many again; a wider kernel is sampled in larger steps,
-// which the smoothness of the splats allows. The steps are whole pixels and even: uneven ones leave ripples.
-const MAX_TAPS: f32 = 24.0;
 // Standard deviations of a Gaussian, in lengths of the kernel, beyond which its shape does not change by half a percent.
 const MOST_WIDTH: f32 = 8.0;
 // Below this the nearest neighbours weigh less than half a percent.
 const LEAST_SIGMA_PX: f32 = 0.3;
+
+// Weight of every other tap of a kernel that takes so many to each side, beginning with the first: fades before the step doubles, so
+// that no ring shows where it does.
+fn odd_weight(taps: f32, most: f32) -> f32 {
+    return 1.0 - smoothstep(0.5 * most, most, taps);
+}
 
 // The taps of a kernel along a line.
 struct Taps {
@@ -86,22 +94,22 @@ struct Taps {
     falloff: f32,
     // The Gaussian where the kernel ends.
     at_end: f32,
-    // Weight of every other tap, beginning with the first: fades before the step doubles, so that no ring shows where it does.
+    // `odd_weight`.
     odd: f32,
 }
 
 // `room`: pixels to the nearer border.
 fn taps_of(smoothing: Smoothing, sigma_px: f32, room: i32) -> Taps {
-    let most = MAX_TAPS * max(smoothing.sigma_spacings * sqrt(smoothing.share), 1.0);
+    let most = smoothing.most_taps;
     let reach_px = min(REACH * sigma_px, f32(room) + 1.0);
+    // Whole pixels and even: uneven steps leave ripples.
     let step = step_of(reach_px, most);
     let end = reach_px / step;
     // Of a much wider Gaussian the border cuts out a parabola, whatever its width; in single precision its own values near the
     // middle could not be told from 1.
     let shape_px = min(sigma_px, MOST_WIDTH * reach_px);
     let falloff = -0.5 / (shape_px * shape_px);
-    let odd = 1.0 - smoothstep(0.5 * most, most, end);
-    return Taps(i32(step), min(i32(end), room / i32(step)), falloff, exp(falloff * reach_px * reach_px), odd);
+    return Taps(i32(step), min(i32(end), room / i32(step)), falloff, exp(falloff * reach_px * reach_px), odd_weight(end, most));
 }
 
 // Weight of the `k`-th tap to either side, relative to the middle.

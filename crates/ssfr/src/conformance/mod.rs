@@ -53,7 +53,8 @@ pub enum Check {
     TinyAndHuge,
     /// A smoothly growing radius changes the picture smoothly: no rings where a kernel takes one more tap.
     NoRings,
-    /// Kernels of a hundred pixels smooth as those of ten do, for filters that declare a sigma of 0.8 to 3 spacings.
+    /// Kernels of a hundred pixels smooth as those of ten do, for filters that declare a sigma of 0.8 to 3 spacings, and leave no
+    /// pattern of their taps, for filters that declare that.
     CloseUps,
     /// The response to an impulse of a hundredth of the range has the standard deviation that the filter declares, within
     /// 5 % (`algorithms.md` 14.4).

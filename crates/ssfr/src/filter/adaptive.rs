@@ -139,6 +139,7 @@ impl SurfaceFilter for Adaptive {
         Properties {
             nominal_sigma: Some(self.params.sigma),
             range_radii: Some(self.params.threshold),
+            even_in_close_ups: true,
             ..Properties::exact_on_tilted_planes()
         }
     }

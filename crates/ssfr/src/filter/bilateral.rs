@@ -77,6 +77,7 @@ impl SurfaceFilter for Bilateral {
         Properties {
             nominal_sigma: Some(self.params.sigma),
             range_radii: Some(self.params.threshold),
+            even_in_close_ups: true,
             ..Properties::exact_on_tilted_planes()
         }
     }

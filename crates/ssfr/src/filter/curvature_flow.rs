@@ -139,6 +139,7 @@ impl SurfaceFilter for CurvatureFlow {
             exact_up_to_silhouettes: true,
             nominal_sigma: Some(self.params.sigma),
             range_radii: Some(self.params.threshold),
+            even_in_close_ups: true,
             ..Properties::exact_on_tilted_planes()
         }
     }

@@ -69,6 +69,10 @@ impl SurfaceFilter for Gaussian {
     }
 
     fn properties(&self) -> Properties {
-        Properties { nominal_sigma: Some(self.params.sigma), ..Properties::exact_on_tilted_planes() }
+        Properties {
+            nominal_sigma: Some(self.params.sigma),
+            even_in_close_ups: true,
+            ..Properties::exact_on_tilted_planes()
+        }
     }
 }

@@ -2,7 +2,7 @@ use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Definition, Gpu, Rec
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{LinePass, SmoothingUniform, Width, record_keys};
+use super::smoothing::{SmoothingUniform, Width, record_keys};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter, TAPS};
 use crate::passes::{counted_pipeline, pipeline_with};
 use crate::{SsfrError, twin};
@@ -98,7 +98,7 @@ impl SurfaceFilter for NarrowRangePaper {
             current = next.clone();
             std::mem::swap(&mut next, &mut other);
         }
-        record(&self.square, LinePass::default(), current, images.target.bind());
+        record(&self.square, self.params.width().clean_up(), current, images.target.bind());
     }
 
     fn filter_on_cpu(&self, camera: &CameraUniform, surface: &HostSurface<'_>) -> Vec<f32> {
@@ -111,6 +111,7 @@ impl SurfaceFilter for NarrowRangePaper {
             // the samples left out in front of it are not: planes so steep that the range cannot follow from tap to tap.
             nominal_sigma: Some(self.params.sigma),
             range_radii: Some(self.params.threshold),
+            even_in_close_ups: true,
             ..Properties::default()
         }
     }

@@ -47,8 +47,15 @@ impl Width {
     pub fn passes(&self) -> impl Iterator<Item = LinePass> {
         (0..).zip(shares(self.iterations, 0.5)).flat_map(|(i, share)| {
             let order = if i % 2 == 0 { [[1, 0], [0, 1]] } else { [[0, 1], [1, 0]] };
-            order.map(|direction| LinePass { direction, share })
+            let most = if i + 1 < self.iterations { MOST_TAPS } else { MOST_LAST_TAPS };
+            let most_taps = most * (self.sigma * share.sqrt()).max(1.0);
+            order.map(|direction| LinePass { direction, share, most_taps })
         })
+    }
+
+    /// As the clean-up sees the passes: the last one's pattern is what is left of them.
+    pub fn clean_up(&self) -> LinePass {
+        self.passes().last().map(|last| LinePass { direction: [0, 0], ..last }).unwrap_or_default()
     }
 
     /// Checks the ranges, under the names that filters give these parameters.
@@ -67,7 +74,15 @@ pub(crate) struct LinePass {
     pub direction: [u32; 2],
     /// Fraction of the variance of all passes in this direction.
     pub share: f32,
+    /// Taps to each side, at most.
+    pub most_taps: f32,
 }
+
+/// Taps to each side, for each spacing of sigma beyond the first as many again.
+const MOST_TAPS: f32 = 24.0;
+/// In the last iteration. What the others leave between taps that are far apart, it smooths out; what it leaves, only the clean-up
+/// does, which reaches over four pixels.
+const MOST_LAST_TAPS: f32 = 48.0;
 
 /// `meniscus::smoothing::Smoothing` of `shaders/ssfr/smoothing.inc.wgsl`.
 #[repr(C)]
@@ -79,7 +94,7 @@ pub(super) struct SmoothingUniform {
     share: f32,
     range_radii: f32,
     clamp_radii: f32,
-    pad: f32,
+    most_taps: f32,
 }
 
 impl HostStruct for SmoothingUniform {
@@ -91,7 +106,7 @@ impl HostStruct for SmoothingUniform {
         share,
         range_radii,
         clamp_radii,
-        pad,
+        most_taps,
     });
 }
 
@@ -104,7 +119,7 @@ impl SmoothingUniform {
             share: pass.share,
             range_radii: width.range,
             clamp_radii: width.clamp,
-            pad: 0.0,
+            most_taps: pass.most_taps,
         }
     }
 }
@@ -161,7 +176,7 @@ impl Smoothing {
             current = next.clone();
             std::mem::swap(&mut next, &mut other);
         }
-        let mut bindings = common(recorder, LinePass::default(), current);
+        let mut bindings = common(recorder, width.clean_up(), current);
         bindings.push(("distance", images.target.bind()));
         recorder.compute(gpu, "ssfr.smooth_square", &self.square, &bindings, pixels);
     }

@@ -6,7 +6,7 @@ mod image;
 mod narrow_range_paper;
 mod smoothing;
 
-use crate::filter::{LinePass, Width};
+use crate::filter::LinePass;
 
 pub use adaptive::adaptive;
 pub use curvature_flow::curvature_flow;
@@ -20,24 +20,27 @@ const LEAST_SIGMA_PX: f64 = 0.3;
 /// Where the kernels end, in standard deviations of their Gaussian, which are widened so that what is left has the nominal one.
 const REACH: f64 = 2.5;
 const WIDENED: f64 = 1.0 / 0.8928;
-/// Taps to each side, for each spacing of sigma beyond the first as many again.
-const MAX_TAPS: f64 = 24.0;
 
 /// Pixels from one tap to the next of a kernel that reaches so far.
 fn step_of(reach_px: f64, most: f64) -> f64 {
     (reach_px / most).log2().ceil().max(0.0).exp2()
 }
 
+/// Weight of every other tap of a kernel that takes so many to each side, beginning with the first.
+fn odd_weight(taps: f64, most: f64) -> f64 {
+    let fading = ((2.0 * taps - most) / most).clamp(0.0, 1.0);
+    1.0 - fading * fading * (3.0 - 2.0 * fading)
+}
+
 /// Offsets in pixels of the taps of a kernel to one side and their weights relative to the middle, outwards: a Gaussian less
 /// its value where it ends, at the latest at the picture's border, `room` pixels away. Continuous in `sigma_px`: every other
 /// tap fades before the steps double.
-fn taps(width: &Width, pass: LinePass, sigma_px: f64, room: i64) -> impl Iterator<Item = (i64, f64)> + use<> {
-    let most = MAX_TAPS * (f64::from(width.sigma) * f64::from(pass.share).sqrt()).max(1.0);
+fn taps(pass: LinePass, sigma_px: f64, room: i64) -> impl Iterator<Item = (i64, f64)> + use<> {
+    let most = f64::from(pass.most_taps);
     let reach = (REACH * sigma_px).min(room as f64 + 1.0);
     let step = step_of(reach, most);
     let end = reach / step;
-    let fading = ((2.0 * end - most) / most).clamp(0.0, 1.0);
-    let odd = 1.0 - fading * fading * (3.0 - 2.0 * fading);
+    let odd = odd_weight(end, most);
     let gaussian = move |offset: f64| (-0.5 * (offset / sigma_px).powi(2)).exp();
     (1..=end as i64).map(move |k| {
         let offset = k as f64 * step;

@@ -37,9 +37,7 @@ impl Pass<'_> {
         // One range per direction, widened outwards by what was accepted (3.3).
         let mut ranges = [[center - delta, center + delta]; 2];
         let (mut total, mut weights) = (center, 1.0);
-        for (offset, weight) in
-            taps(&self.width, pass, sigma, self.source.room(pixel, pass.direction[1] as usize))
-        {
+        for (offset, weight) in taps(pass, sigma, self.source.room(pixel, pass.direction[1] as usize)) {
             let Some(pair) = self.source.pair(pixel, pass.direction.map(|d| i64::from(d) * offset)) else {
                 break;
             };

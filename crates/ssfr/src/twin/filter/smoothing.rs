@@ -1,5 +1,5 @@
 use super::image::{Source, Values};
-use super::{LEAST_SIGMA_PX, MAX_TAPS, REACH, WIDENED, step_of, taps};
+use super::{LEAST_SIGMA_PX, REACH, WIDENED, odd_weight, step_of, taps};
 use crate::filter::{BilateralParams, GaussianParams, HostSurface, LinePass, NarrowRangeParams, Rule, Width};
 use crate::twin::HostView;
 
@@ -68,25 +68,31 @@ impl Pass<'_> {
         let room = self.source.room(pixel, pass.direction[1] as usize);
         let baseline = wanted.min(room);
         let slope = self.slope(keys, pixel, center, towards(baseline)) / baseline.max(1) as f64;
-        let pairs = taps(self.width, pass, sigma, room)
-            .map(|(offset, weight)| (towards(offset), offset as f64 * slope, weight));
+        let pairs =
+            taps(pass, sigma, room).map(|(offset, weight)| (towards(offset), offset as f64 * slope, weight));
         self.moved(keys, pixel, center, pairs)
     }
 
     fn square(&self, keys: &Values, pixel: usize, center: f64) -> f64 {
-        let sigma = sigmas(self.source, self.width, pixel, self.source.distance(center)).1;
-        let total = self.source.spacings_px(self.width.sigma, pixel, self.source.distance(center));
-        let most = MAX_TAPS * f64::from(self.width.sigma).max(1.0);
-        let wanted = (step_of(REACH * WIDENED * total, most) as i64 / 4).max(1);
-        let gap = wanted.min(self.source.room(pixel, 0).min(self.source.room(pixel, 1)) / 2);
+        let (lines, sigma) = sigmas(self.source, self.width, pixel, self.source.distance(center));
+        let last = self.width.clean_up();
+        let reach = REACH * WIDENED * lines * f64::from(last.share).sqrt();
+        let most = f64::from(last.most_taps);
+        let period = step_of(reach, 0.75 * most) as i64;
+        let gap = (period / 4).max(1).min(self.source.room(pixel, 0).min(self.source.room(pixel, 1)) / 2);
         if sigma < LEAST_SIGMA_PX || gap < 1 {
             return center;
         }
+        let gaps = 1.0 - odd_weight(reach, most);
         let slope = [[gap, 0], [0, gap]].map(|offset| self.slope(keys, pixel, center, offset));
         let pairs = half_square().map(|offset| {
-            let squared = (offset[0] * offset[0] + offset[1] * offset[1]) as f64;
             let rise = offset[0] as f64 * slope[0] + offset[1] as f64 * slope[1];
-            (offset.map(|o| gap * o), rise, (-0.5 * squared / (sigma * sigma)).exp())
+            let weights = offset.map(|o| {
+                let gaussian = (-0.5 * (o * o) as f64 / (sigma * sigma)).exp();
+                let even = if o.abs() == 2 { 0.5 } else { 1.0 };
+                gaussian + (even - gaussian) * gaps
+            });
+            (offset.map(|o| gap * o), rise, weights[0] * weights[1])
         });
         self.moved(keys, pixel, center, pairs)
     }
