@@ -20,8 +20,8 @@ struct Fit {
 @group(0) @binding(3) var normals: texture_2d<u32>;
 @group(0) @binding(4) var blocks: texture_storage_2d<r32uint, write>;
 
-// Samples lie on the 13 points of a diamond of a grid, so many spacings apart, with Gaussian weights of so many steps of the grid: what waves less than
-// five spacings long do to refraction is lost with the noise.
+// Samples lie on the 13 points of a diamond of a grid, so many spacings apart, with Gaussian weights of so many steps of the
+// grid: what waves less than five spacings long do to refraction is lost with the noise.
 const STEP_SPACINGS: f32 = 1.3;
 const SIGMA_STEPS: f32 = 1.3;
 const MOST_STEP_PX: f32 = 1e4;

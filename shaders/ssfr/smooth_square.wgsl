@@ -4,7 +4,7 @@
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::key::{distance_of, smaller_step}
-#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, pattern_of, LEAST_SIGMA_PX}
 #import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -37,16 +37,17 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let r = original.y;
     let widths = sigmas(camera, smoothing, d, r);
     let sigma_px = widths.square_px;
+    let pattern = pattern_of(smoothing, widths.pass_px);
     // Pixels from one tap to the next; near the picture's border a smaller one.
-    let gap = min(max(i32(widths.period) / 4, 1), i32(min(room.x, room.y)) / 2);
+    let gap = min(max(i32(pattern.period) / 4, 1), i32(min(room.x, room.y)) / 2);
     if gap < 1 || sigma_px < LEAST_SIGMA_PX {
         return Smoothed(center, 0u);
     }
     // Weights at distances of one and two taps along rows and columns: a Gaussian, or where taps along lines have gaps what takes
     // away all that repeats after four taps or two, namely 1, 2, 2, 2, 1 (the mean of four twice, one tap apart).
     let w = exp(-0.5 / (sigma_px * sigma_px));
-    let near = mix(w, 1.0, widths.gaps);
-    let far = mix(w * w * w * w, 0.5, widths.gaps);
+    let near = mix(w, 1.0, pattern.gaps);
+    let far = mix(w * w * w * w, 0.5, pattern.gaps);
     // At distances whose squares are 1, 2, 4, 5 and 8.
     let w1 = near;
     let w2 = near * near;

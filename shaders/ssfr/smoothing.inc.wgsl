@@ -32,8 +32,11 @@ struct Sigmas {
     pass_px: f32,
     // Of the clean-up in two dimensions, in its gaps.
     square_px: f32,
-    // Pixels between places that taps along lines treat alike: what repeats by that comes through them unsmoothed, and has to be
-    // evened out.
+}
+
+// What taps along lines leave for the clean-up to even out.
+struct Pattern {
+    // Pixels between places that the taps treat alike: what repeats by that comes through them unsmoothed.
     period: f32,
     // How far it is from one pixel to two: 0 where all taps count the same, 1 where every other one is gone.
     gaps: f32,
@@ -63,10 +66,14 @@ fn sigmas(camera: Camera, smoothing: Smoothing, distance: f32, radius: f32) -> S
     let total_px = sigma_in_px(camera, smoothing.sigma_spacings * smoothing.spacing_per_radius, distance, radius);
     let square_px = min(0.5 * total_px, 1.0);
     let pass_px = sqrt((total_px * total_px - square_px * square_px) * smoothing.share);
+    return Sigmas(pass_px, square_px);
+}
+
+fn pattern_of(smoothing: Smoothing, pass_px: f32) -> Pattern {
     let reach_px = REACH * WIDENED * pass_px;
     // Of every other tap more than half is gone from three quarters of the most taps on.
     let period = step_of(reach_px, 0.75 * smoothing.most_taps);
-    return Sigmas(pass_px, square_px, period, 1.0 - odd_weight(reach_px, smoothing.most_taps));
+    return Pattern(period, 1.0 - odd_weight(reach_px, smoothing.most_taps));
 }
 
 // Kernels are a Gaussian less its value at 2.5 of its standard deviations, where they end: nothing jumps as one more tap fits,
