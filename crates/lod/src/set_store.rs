@@ -213,11 +213,14 @@ impl Drop for UnderWay<'_> {
 }
 
 impl Held {
-    /// The pages of `set` if they are there; whether they `wait` for being drawn is known anew.
-    fn find(&mut self, set: &ChunkedSet, waits: bool) -> Option<Arc<SetPages>> {
+    /// The pages of `set` if they are there; from now on they wait to be drawn (`ahead`), or are drawn now.
+    fn find(&mut self, set: &ChunkedSet, ahead: bool) -> Option<Arc<SetPages>> {
         let place = self.sets.iter().position(|held| held.pages.serial == Some(set.serial()))?;
-        let HeldSet { pages, .. } = self.sets.remove(place);
-        self.sets.push(HeldSet { pages: Arc::clone(&pages), waits });
+        let held = self.sets.remove(place);
+        // What is drawn already when it is asked for ahead need not wait: that was asked too late.
+        let waits = ahead && (held.waits || !held.is_in_use());
+        let pages = Arc::clone(&held.pages);
+        self.sets.push(HeldSet { pages: held.pages, waits });
         Some(pages)
     }
 

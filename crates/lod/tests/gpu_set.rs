@@ -150,6 +150,20 @@ fn what_was_uploaded_ahead_stays_until_it_is_shown() {
 }
 
 #[test]
+fn what_is_asked_for_ahead_too_late_does_not_wait() {
+    let gpu = gpu();
+    let sets = moved_pools(3);
+    let store = SetStore::default();
+    drop(store.get(&gpu, &sets[0]).unwrap());
+    let store = SetStore::new((2.5 * store.stats().peak_bytes as f64) as u64);
+    let mut drawn = GpuSet::default();
+    drawn.upload(&gpu, &store, &sets[0]).unwrap();
+    assert!(store.get_ahead(&gpu, &sets[0]).unwrap().is_some(), "it is drawn");
+    drawn.upload(&gpu, &store, &sets[1]).unwrap();
+    assert!(store.get_ahead(&gpu, &sets[2]).unwrap().is_some(), "the first one has been shown and makes way");
+}
+
+#[test]
 fn what_is_there_can_be_drawn_while_the_next_is_uploaded() {
     let gpu = gpu();
     let sets = moved_pools(2);

@@ -1,8 +1,8 @@
 use std::io;
 use std::sync::Arc;
-use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use std::thread::{self, JoinHandle};
 
+use crossbeam::channel::{Receiver, Sender, TrySendError, bounded};
 use meniscus_gpu::Gpu;
 use meniscus_lod::{SetPages, SetStore};
 
@@ -15,24 +15,31 @@ use crate::PreparedFrame;
 /// last stays there until another one is.
 pub struct UploadAhead {
     /// `None` once there will be no more.
-    frames: Option<SyncSender<Arc<PreparedFrame>>>,
+    frames: Option<Sender<Arc<PreparedFrame>>>,
+    /// The frame that waits for the thread.
+    waiting: Receiver<Arc<PreparedFrame>>,
     thread: Option<JoinHandle<()>>,
 }
 
 impl UploadAhead {
     pub(crate) fn new(gpu: Arc<Gpu>, store: Arc<SetStore>) -> io::Result<Self> {
         // One may wait: with more, frames that are drawn by now would be uploaded before the next one.
-        let (frames, inbox) = sync_channel(1);
+        let (frames, waiting) = bounded(1);
+        let inbox = waiting.clone();
         let thread =
             thread::Builder::new().name("meniscus-upload".into()).spawn(move || run(&gpu, &store, &inbox))?;
-        Ok(Self { frames: Some(frames), thread: Some(thread) })
+        Ok(Self { frames: Some(frames), waiting, thread: Some(thread) })
     }
 
-    /// Begins to upload `frame`, unless this is behind already; it is then uploaded when it is drawn. Never waits.
+    /// Begins to upload `frame`, in place of one that the thread has not come to: that one is drawn by now, or will be before
+    /// this one. Never waits; what is not uploaded when it is drawn is uploaded then.
     pub fn begin(&self, frame: Arc<PreparedFrame>) {
-        match self.frames.as_ref().map(|frames| frames.try_send(frame)) {
-            // Without the thread, too, frames are uploaded when they are drawn.
-            None | Some(Ok(()) | Err(TrySendError::Full(_) | TrySendError::Disconnected(_))) => {}
+        let Some(frames) = &self.frames else { return };
+        let mut sent = frames.try_send(frame);
+        while let Err(TrySendError::Full(frame)) = sent {
+            // Empty where the thread was faster.
+            drop(self.waiting.try_recv());
+            sent = frames.try_send(frame);
         }
     }
 }

@@ -147,8 +147,9 @@ fn frames_stay_on_the_gpu_within_its_budget() {
     assert!(peak > 4.0 * of_one && peak <= budget, "{peak} of {budget}");
     let (uploads, peak, budget) = played(&format!("{}B", 3.5 * of_one));
     assert!(peak > 2.0 * of_one && peak <= budget, "{peak} of {budget}");
-    // How many are found depends on when the other thread gets to run; what is given up first is tested in `lod`.
-    assert!((5.0..=15.0).contains(&uploads), "{uploads}");
+    // How many are found, and how many are uploaded ahead too late, depends on when the other thread gets to run: at most one for
+    // every picture but the first. What is given up first is tested in `lod`.
+    assert!((5.0..=29.0).contains(&uploads), "{uploads}");
     let refused = program.run("bench dam --play --gpu-memory 0.5").expect(2);
     assert!(refused.stderr.contains("bytes like"), "{refused:#?}");
 }

@@ -239,12 +239,11 @@ impl Player<'_> {
         let mut orbit = Orbit::new(&self.args.picture);
         self.wait_for_start(&prefetcher, played.readers);
         let mut clock = Clock::new(play.fps);
-        let mut next = Some(self.args.frame);
+        // A series that grows is longer than was known.
+        let goes_on = |shown: u64| shown < wanted || (play.follow && !looping);
+        let mut next = Some(self.args.frame).filter(|_| goes_on(0));
         let mut began = asked;
-        while let Some(index) = next.filter(|_| {
-            // A series that grows is longer than was known.
-            (played.pictures.len() as u64 + played.missing) < wanted || (play.follow && !looping)
-        }) {
+        while let Some(index) = next {
             // Who stops playing wants to know how it was so far.
             if self.cancel.is_cancelled() {
                 break;
@@ -256,7 +255,8 @@ impl Player<'_> {
             let taken = ready.unwrap_or_else(|| prefetcher.take(index));
             let name = if stalled { "wait for the frame" } else { "take the frame" };
             self.trace.span(Track::Drawing, name, since, json!({ "frame": index, "ready": !stalled }));
-            let first = played.pictures.is_empty() && played.missing == 0;
+            let shown = played.pictures.len() as u64 + played.missing;
+            let first = shown == 0;
             if first {
                 began = Instant::now();
                 played.start_ms = ms_since(asked);
@@ -267,7 +267,7 @@ impl Player<'_> {
                 clock.late();
             }
             let drawing = Instant::now();
-            next = following(self.args, index, prefetcher.frame_count());
+            next = following(self.args, index, prefetcher.frame_count()).filter(|_| goes_on(shown + 1));
             if let (Some(uploads), Some(next)) = (&uploads, next)
                 && let Some(coming) = prefetcher.peek(next)
             {
