@@ -7,7 +7,7 @@ use meniscus_gpu::role::{PackedParticle, SurfaceColor};
 use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Texture, Timing};
 use meniscus_lod::{LodParams, ParticleCounts, SetStore, SetStoreStats, Viewpoint, explain};
 use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
-use meniscus_ssfr::{ColoredSet, ShapePasses, SplatInput, SplatSet, Ssfr, SurfaceImages};
+use meniscus_ssfr::{ColoredSet, ShapePasses, SplatInput, SplatSet, Ssfr, SurfaceImages, ThicknessParams};
 
 use crate::colors::SurfaceColors;
 use crate::counters;
@@ -525,16 +525,18 @@ impl Renderer {
     }
 
     /// Takes the parameters of the surface that suit the water, the camera and the level of detail. Below full detail, where coarse
-    /// stand-ins take the place of particles in the thickness, it is sampled in coarser steps; not so for tolerated errors, which are
-    /// meant for the samples that were asked for.
+    /// stand-ins take the place of particles in the thickness, it is sampled in coarser steps; else only where nobody sees that,
+    /// and not where finer steps than usual were asked for.
     fn fit_surface(&mut self, world: &World, camera: &Camera, size: [u32; 2]) -> Result<(), PipelineError> {
         let mut params = self.settings.water_surface(Some(world.water()));
+        let uniform = CameraUniform::new(camera, size);
+        let away = (world.bounds().center() - camera.eye).dot(camera.forward());
+        let distance = if uniform.orthographic == 0 { away.max(camera.near) } else { 1.0 };
+        let spacing_px = world.space().spacing as f32 * uniform.px_per_world_at_one / distance;
         if self.settings.is_thinned() {
-            let uniform = CameraUniform::new(camera, size);
-            let away = (world.bounds().center() - camera.eye).dot(camera.forward());
-            let distance = if uniform.orthographic == 0 { away.max(camera.near) } else { 1.0 };
-            let spacing_px = world.space().spacing as f32 * uniform.px_per_world_at_one / distance;
-            params.thickness = params.thickness.coarsened(spacing_px);
+            params.thickness = params.thickness.coarsened(spacing_px, 0.75);
+        } else if params.thickness.scale == ThicknessParams::default().scale {
+            params.thickness = params.thickness.coarsened(spacing_px, 2.0);
         }
         Ok(self.surface.set_params(&self.gpu, &self.registry.filters, &params)?)
     }

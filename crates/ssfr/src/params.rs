@@ -23,7 +23,7 @@ impl Default for FilterChoice {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct ThicknessParams {
-    /// Pixels per side that share one sample, 1, 2 or 4; below full detail the pipeline takes [`Self::coarsened`] ones.
+    /// Pixels per side that share one sample, 1, 2 or 4; the pipeline takes [`Self::coarsened`] ones where that cannot be seen.
     pub scale: u32,
     /// Standard deviation of the smoothing in projected particle spacings, 0 (none) to 10.
     pub smoothing: f32,
@@ -39,22 +39,28 @@ impl ThicknessParams {
     /// Most pixels per side of a sample.
     pub const MAX_SCALE: u32 = 4;
 
-    /// With twice as many pixels per sample, at most [`Self::MAX_SCALE`], where particles are `spacing_px` apart and samples still
-    /// are about as fine: coarser ones would show as stripes, which the smoothing over a spacing leaves.
-    pub fn coarsened(&self, spacing_px: f32) -> Self {
+    /// With twice as many pixels per sample, at most [`Self::MAX_SCALE`], where particles are `spacing_px` apart and that still is
+    /// `samples` of them. Less than 0.75 would show as stripes, which the smoothing over a spacing leaves; from 2 on no
+    /// difference is left to be seen.
+    pub fn coarsened(&self, spacing_px: f32, samples: f32) -> Self {
         let scale = 2 * self.scale;
-        let is_fine = scale <= Self::MAX_SCALE && spacing_px >= 0.75 * scale as f32;
+        let is_fine = scale <= Self::MAX_SCALE && spacing_px >= samples * scale as f32;
         Self { scale: if is_fine { scale } else { self.scale }, ..self.clone() }
     }
 
-    /// Half size of a splat, in samples, from which its profile is drawn. Sampled profiles depend on where between the
-    /// samples the centre lies, by up to 7 % at 2, so that smaller splats are shared out between the four nearest samples.
-    /// A smoothing of half a spacing or more levels what is shared out by far larger splats too, which saves most of the
-    /// cost of this pass.
-    pub fn profile_half_px(&self) -> f32 {
-        if self.smoothing >= 0.5 { 4.0 } else { 2.0 }
+    /// Half size of a splat, in samples, from which its profile is drawn, where particles are `spacing_per_radius` drawn radii
+    /// apart. Sampled profiles depend on where between the samples the centre lies, by up to 7 % at 2, so that smaller splats
+    /// are shared out between the four nearest samples. A smoothing over half a drawn radius or more levels what is shared
+    /// out by far larger splats too, as long as it looks at every sample: which saves most of the cost of this pass.
+    pub fn profile_half_px(&self, spacing_per_radius: f32) -> f32 {
+        let sigma_radii = self.smoothing * spacing_per_radius;
+        if sigma_radii >= 0.5 { (MOST_EVEN_SIGMA / sigma_radii).max(2.0) } else { 2.0 }
     }
 }
+
+/// Standard deviation in samples up to which the smoothing (`shaders/ssfr/thickness_smooth.wgsl`) has a tap for each: 24 of
+/// them are 2.5 standard deviations.
+const MOST_EVEN_SIGMA: f32 = 24.0 / 2.5;
 
 /// What particles of the shell are drawn as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -218,7 +224,9 @@ mod tests {
 
     #[test]
     fn samples_are_coarsened_no_further_than_particles_are_apart() {
-        let scale = |scale, spacing_px| ThicknessParams { scale, smoothing: 1.0 }.coarsened(spacing_px).scale;
+        let params = |scale| ThicknessParams { scale, smoothing: 1.0 };
+        let scale = |scale, spacing_px| params(scale).coarsened(spacing_px, 0.75).scale;
+        assert_eq!([7.9, 8.0].map(|spacing_px| params(2).coarsened(spacing_px, 2.0).scale), [2, 4]);
         assert_eq!([scale(2, 2.9), scale(2, 3.0), scale(2, 100.0)], [2, 4, 4]);
         assert_eq!([scale(1, 1.4), scale(1, 1.5), scale(4, 100.0)], [1, 2, 4]);
         assert_eq!([scale(2, f32::NAN), scale(2, f32::INFINITY)], [2, 4]);

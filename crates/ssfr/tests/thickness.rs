@@ -63,7 +63,7 @@ fn sets_of_small_splats_are_drawn_as_all_others() {
             let scene = Scene::new(parallel(0.0, 4.0), [side, side], &body.positions, 0.0625, 0.1);
             let half_px = 0.0625 * side as f32 / 4.0;
             let params = params("none", 2, 1.0);
-            assert_eq!(half_px < 2.0 * params.thickness.profile_half_px(), is_small);
+            assert_eq!(half_px < 2.0 * params.thickness.profile_half_px(0.1 / 0.0625), is_small);
             let unknown = Scene { radii, ..scene };
             let expected = unknown.render(&gpu, &params).thickness;
             let known = Scene { most_half_px: half_px, ..unknown };
@@ -106,7 +106,7 @@ fn thickness_agrees_with_its_twin() {
             }
             let frame = scene.render(&gpu, &params("none", scale, smoothing));
             let view = scene.view();
-            let profile = params("none", scale, smoothing).thickness.profile_half_px().into();
+            let profile = params("none", scale, smoothing).thickness.profile_half_px(0.15 / radius).into();
             let sum = twin::thickness_sum(
                 &view,
                 &[scene.host_set()],

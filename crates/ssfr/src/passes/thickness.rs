@@ -97,7 +97,7 @@ impl ThicknessPasses {
             world_per_step: 1.0 / common.steps_per_world,
             sigma_spacings: params.thickness.smoothing,
             spacing_per_radius: common.spacing_per_radius,
-            profile_half_px: params.thickness.profile_half_px(),
+            profile_half_px: params.thickness.profile_half_px(common.spacing_per_radius),
             pad: 0.0,
         };
         let thickness = recorder.uniform(&uniform);
