@@ -8,6 +8,12 @@ struct CoveredPixels {
     packed: array<u32>,
 }
 
+// The same while it is filled.
+struct Filling {
+    count: atomic<u32>,
+    packed: array<u32>,
+}
+
 fn pack_pixel(at: vec2<u32>) -> u32 {
     return at.x | (at.y << 16u);
 }

@@ -3,7 +3,7 @@
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> smoothing: Smoothing;
@@ -12,6 +12,12 @@
 @group(0) @binding(3) var source: texture_2d<f32>;
 @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 @group(0) @binding(5) var<storage, read> covered: CoveredPixels;
+
+// A pixel after a pass, and the number of samples read besides its own.
+struct Smoothed {
+    value: f32,
+    taps: u32,
+}
 
 struct Range {
     low: f32,
@@ -38,14 +44,14 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let r = textureLoad(front, at, 0).y;
     let delta = smoothing.range_radii * r;
     let clamped = center + smoothing.clamp_radii * r;
-    let widths = sigmas(camera, smoothing, center, r);
+    let widths = sigmas(camera, smoothing, vec4(center), vec4(r));
     let last = vec2<i32>(camera.size_px) - 1;
     // Sums of differences to the centre: those of the distances themselves would be rounded ten times more coarsely.
     var total = 0.0;
     var weights = 1.0;
     var read = 0u;
 #ifdef SQUARE
-    let sigma_px = widths.square_px;
+    let sigma_px = widths.square_px.x;
     let falloff = -0.5 / max(sigma_px * sigma_px, 1e-6);
     // The inner ring slopes on into the outer one, the same way for all of a ring.
     var inner = Range(center - delta, center + delta);
@@ -83,18 +89,18 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let place = select(at.y, at.x, is_row);
     let room = min(place, select(last.y, last.x, is_row) - place);
     let stride = vec2<i32>(smoothing.direction);
-    let sigma_px = widths.pass_px * WIDENED;
-    let taps = taps_of(smoothing, max(sigma_px, LEAST_SIGMA_PX), room);
+    let sigma_px = widths.pass_px.x * WIDENED;
+    let taps = taps_of(smoothing, vec4(max(sigma_px, LEAST_SIGMA_PX)), vec4(room));
     var range_after = Range(center - delta, center + delta);
     var range_before = range_after;
-    for (var k = 1; k <= taps.count; k++) {
-        let offset = k * taps.step;
+    for (var k = 1; k <= taps.count.x; k++) {
+        let offset = k * taps.step.x;
         let after = distance_at(at + offset * stride);
         let before = distance_at(at - offset * stride);
         read += 2u;
         // In front: another surface, which hides part of ours; its mirrored sample goes with it (3.2).
         if after >= range_after.low && before >= range_before.low {
-            let weight = tap_weight(taps, k);
+            let weight = tap_weight(taps, k).x;
             let value_after = select(clamped, after, accept(&range_after, after, delta));
             let value_before = select(clamped, before, accept(&range_before, before, delta));
             total += weight * ((value_after - center) + (value_before - center));

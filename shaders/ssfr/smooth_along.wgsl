@@ -1,11 +1,12 @@
 // A smoothing filter along one direction (algorithms.md 3.7). Works on keys: deviations from the plane through the pixel are
-// then plain differences, and what the rule of the filter tests and averages.
+// then plain differences, and what the rule of the filter tests and averages. Four pixels of a line at a time: where their taps lie
+// side by side, each tap's sample serves all of them.
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::key::{distance_of, smaller_step}
-#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, taps_of, tap_weight, WIDENED, LEAST_SIGMA_PX}
-#import meniscus::rule::{Pair, rule_at, pair, smoothed_key}
+#import meniscus::four::{PLACES, distances_of, smaller_steps, fronts_at, loads_at}
+#import meniscus::smoothing::{Smoothing, TILE, Taps, sigmas, taps_of, tap_weight, WIDENED}
+#import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> smoothing: Smoothing;
@@ -13,7 +14,7 @@
 @group(0) @binding(2) var front: texture_2d<f32>;
 @group(0) @binding(3) var source: texture_2d<f32>;
 @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
-@group(0) @binding(5) var<storage, read> covered: CoveredPixels;
+@group(0) @binding(5) var<storage, read> tiles: CoveredPixels;
 #ifdef ADAPTIVE
 @group(0) @binding(6) var<storage, read> complexity: array<f32>;
 #endif
@@ -21,64 +22,92 @@
 // Distance of the taps that give the slope, in standard deviations: far enough apart to see the surface behind the bumps.
 const SLOPE_SIGMAS: f32 = 0.75;
 
-fn key_at(pixel: vec2<i32>) -> f32 {
-    return textureLoad(source, pixel, 0).x;
+// Four pixels, and the planes through them along the line.
+struct Line {
+    rule: Rule,
+    // In keys per pixel.
+    slope: vec4<f32>,
+    taps: Taps,
 }
 
-fn smooth_pixel(id: vec2<u32>) -> Smoothed {
-    let pixel = vec2<i32>(id);
-    let center = key_at(pixel);
-    let d = distance_of(camera, center);
-    let original = textureLoad(front, pixel, 0).xy;
-    let r = original.y;
-    let sigma_px = sigmas(camera, smoothing, d, r).pass_px * WIDENED;
-    if sigma_px < LEAST_SIGMA_PX {
-        return Smoothed(center, 0u);
-    }
-    var read = 0u;
-    let is_row = smoothing.direction.x == 1u;
-    let place = i32(select(id.y, id.x, is_row));
-    let room = min(place, i32(select(camera.size_px.y, camera.size_px.x, is_row)) - 1 - place);
-    let stride = vec2<i32>(smoothing.direction);
+fn add(sum: ptr<function, Pair>, line: Line, k: i32, after: vec4<f32>, before: vec4<f32>) {
+    let rise = line.slope * vec4<f32>(k * line.taps.step);
+    let added = pair(line.rule, after - line.rule.center - rise, before - line.rule.center + rise);
+    let weight = tap_weight(line.taps, k);
+    (*sum).total += weight * added.total;
+    (*sum).weight += weight * added.weight;
+}
 
-    var slope = 0.0;
-#ifndef GAUSSIAN
-    let baseline = min(max(i32(round(SLOPE_SIGMAS * sigma_px)), 1), room);
-    if baseline > 0 {
-        slope = smaller_step(key_at(pixel + baseline * stride), center, key_at(pixel - baseline * stride)) / f32(baseline);
-        read += 2u;
+// The sums of all pairs. Only whole ones count, also at the picture's border.
+fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
+    let counts = line.taps.count;
+    let most = max(max(counts.x, counts.y), max(counts.z, counts.w));
+    let is_dense = all(line.taps.step == vec4(1));
+    var sum = Pair(vec4(0.0), vec4(0.0));
+    // Two loops, one of which ends before it begins: software drivers go through both sides of a branch.
+    let dense = select(0, most, is_dense);
+    var after = line.rule.center;
+    var before = line.rule.center;
+    for (var k = 1; k <= dense; k++) {
+        after = vec4(after.yzw, textureLoad(source, first + (k + 3) * stride, 0).x);
+        before = vec4(textureLoad(source, first - k * stride, 0).x, before.xyz);
+        add(&sum, line, k, after, before);
     }
-#endif
-    var rule = rule_at(camera, smoothing, center, d, original.x, r);
+    let sparse = select(most, 0, is_dense);
+    for (var k = 1; k <= sparse; k++) {
+        let offset = k * line.taps.step;
+        let ahead = loads_at(source, first, stride, PLACES + offset);
+        let behind = loads_at(source, first, stride, PLACES - offset);
+        add(&sum, line, k, ahead, behind);
+    }
+    return sum;
+}
+
+// Gives the number of samples that are weighed.
+fn smooth_line(first: vec2<i32>) -> u32 {
+    let stride = vec2<i32>(smoothing.direction);
+    let center = loads_at(source, first, stride, PLACES);
+    let original = fronts_at(front, first, stride);
+    let d = distances_of(camera, center);
+    let sigma_px = sigmas(camera, smoothing, d, original.radius).pass_px * WIDENED;
+    let place = dot(first, stride) + PLACES;
+    let last = dot(vec2<i32>(camera.size_px), stride) - 1;
+    let room = max(min(place, last - place), vec4(0));
+    var line: Line;
+    line.taps = taps_of(smoothing, sigma_px, room);
+    line.rule = rule_at(camera, smoothing, center, d, original.distance, original.radius);
 #ifdef ADAPTIVE
-    rule.complexity = complexity[id.y * camera.size_px.x + id.x];
+    let row = vec2(1, i32(camera.size_px.x));
+    let pixels = dot(first, row) + PLACES * dot(stride, row);
+    line.rule.complexity =
+        vec4(complexity[pixels.x], complexity[pixels.y], complexity[pixels.z], complexity[pixels.w]);
 #endif
-    let taps = taps_of(smoothing, sigma_px, room);
-    var sum = Pair(0.0, 0.0);
-    // Only whole pairs count, also at the picture's border.
-    for (var k = 1; k <= taps.count; k++) {
-        let offset = k * taps.step;
-        read += 2u;
-        let rise = slope * f32(offset);
-        let after = key_at(pixel + offset * stride) - center - rise;
-        let before = key_at(pixel - offset * stride) - center + rise;
-        let weight = tap_weight(taps, k);
-        let added = pair(rule, after, before);
-        sum.total += weight * added.total;
-        sum.weight += weight * added.weight;
-    }
-    return Smoothed(smoothed_key(rule, sum), read);
+#ifndef GAUSSIAN
+    let baseline = min(max(vec4<i32>(round(SLOPE_SIGMAS * sigma_px)), vec4(1)), room);
+    let ahead = loads_at(source, first, stride, PLACES + baseline);
+    let behind = loads_at(source, first, stride, PLACES - baseline);
+    // At the picture's border, where there is no room, all three are the same.
+    line.slope = smaller_steps(ahead, center, behind) / vec4<f32>(max(baseline, vec4(1)));
+#endif
+    let counts = line.taps.count;
+    let sum = sum_of(line, first, stride);
+    // Gaps, and pixels whose radius is none, have no taps and no numbers to reckon with.
+    let found = select(center, smoothed_key(line.rule, sum), counts > vec4(0));
+    textureStore(smoothed, first, vec4(found.x));
+    textureStore(smoothed, first + stride, vec4(found.y));
+    textureStore(smoothed, first + 2 * stride, vec4(found.z));
+    textureStore(smoothed, first + 3 * stride, vec4(found.w));
+    return 2u * u32(counts.x + counts.y + counts.z + counts.w);
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     var taps = 0u;
-    let end = covered.count;
+    let end = tiles.count * TILE;
+    let across = vec2(1u) - smoothing.direction;
     for (var i = id.x; i < end; i += groups.x * 64u) {
-        let pixel = unpack_pixel(covered.packed[i]);
-        let found = smooth_pixel(pixel);
-        textureStore(smoothed, pixel, vec4(found.value));
-        taps += found.taps;
+        let tile = unpack_pixel(tiles.packed[i / TILE]);
+        taps += smooth_line(vec2<i32>(TILE * tile + i % TILE * across));
     }
     count(taps);
 }

@@ -1,25 +1,40 @@
 // Distances to keys, on which the smoothing passes work; with PAPER the distances themselves. Both images that the passes
-// alternate between get the gaps, and what is no distance is one.
+// alternate between get the gaps, and what is no distance is one. Lists the tiles that show fluid.
 #import meniscus::camera::Camera
+#import meniscus::covered::{Filling, pack_pixel}
 #import meniscus::key::{key_of, is_surface}
+#import meniscus::smoothing::TILE
 #import meniscus::surface::NO_SURFACE
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var front: texture_2d<f32>;
 @group(0) @binding(2) var key: texture_storage_2d<r32float, write>;
 @group(0) @binding(3) var other: texture_storage_2d<r32float, write>;
+@group(0) @binding(4) var<storage, read_write> tiles: Filling;
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    if any(id.xy >= camera.size_px) {
+    let first = TILE * id.xy;
+    if any(first >= camera.size_px) {
         return;
     }
-    let distance = textureLoad(front, id.xy, 0).x;
+    let end = min(first + TILE, camera.size_px);
+    var shows = false;
+    for (var y = first.y; y < end.y; y++) {
+        for (var x = first.x; x < end.x; x++) {
+            let pixel = vec2(x, y);
+            let distance = textureLoad(front, pixel, 0).x;
+            shows |= is_surface(distance);
 #ifdef PAPER
-    let found = select(NO_SURFACE, distance, is_surface(distance));
+            let found = select(NO_SURFACE, distance, is_surface(distance));
 #else
-    let found = key_of(camera, distance);
+            let found = key_of(camera, distance);
 #endif
-    textureStore(key, id.xy, vec4(found));
-    textureStore(other, id.xy, vec4(found));
+            textureStore(key, pixel, vec4(found));
+            textureStore(other, pixel, vec4(found));
+        }
+    }
+    if shows {
+        tiles.packed[atomicAdd(&tiles.count, 1u)] = pack_pixel(id.xy);
+    }
 }

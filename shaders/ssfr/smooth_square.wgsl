@@ -1,10 +1,11 @@
 // The last pass of a smoothing filter: a small one in two dimensions that removes the streaks of the passes along rows and
-// columns (algorithms.md 3.5), and the pattern of their taps where these are more than a pixel apart. From keys to distances.
+// columns (algorithms.md 3.5), and the pattern of their taps where these are more than a pixel apart. From keys to distances, four
+// pixels of a row at a time.
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
-#import meniscus::key::{distance_of, smaller_step}
-#import meniscus::smoothing::{Smoothing, Smoothed, sigmas, pattern_of, LEAST_SIGMA_PX}
+#import meniscus::four::{PLACES, distances_of, smaller_steps, fronts_at, loads_at}
+#import meniscus::smoothing::{Smoothing, TILE, sigmas, pattern_of, LEAST_SIGMA_PX}
 #import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -13,87 +14,153 @@
 @group(0) @binding(2) var front: texture_2d<f32>;
 @group(0) @binding(3) var source: texture_2d<f32>;
 @group(0) @binding(4) var distance: texture_storage_2d<r32float, write>;
-@group(0) @binding(5) var<storage, read> covered: CoveredPixels;
+@group(0) @binding(5) var<storage, read> tiles: CoveredPixels;
 #ifdef ADAPTIVE
 @group(0) @binding(6) var<storage, read> complexity: array<f32>;
 #endif
 
-fn add(sum: ptr<function, Pair>, rule: Rule, after: f32, before: f32, rise: f32, weight: f32) {
-    let added = pair(rule, after - rule.center - rise, before - rule.center + rise);
+const ROW: vec2<i32> = vec2(1, 0);
+
+// Half of the square, in taps; the other samples of the pairs are the other half.
+const HALF: array<vec2<i32>, 12> = array(
+    vec2(1, 0), vec2(0, 1), vec2(1, 1), vec2(1, -1), vec2(2, 0), vec2(0, 2),
+    vec2(2, 1), vec2(2, -1), vec2(1, 2), vec2(1, -2), vec2(2, 2), vec2(2, -2),
+);
+
+// Four pixels, the planes through them, and how taps weigh.
+struct Square {
+    rule: Rule,
+    // In keys per tap.
+    slope_x: vec4<f32>,
+    slope_y: vec4<f32>,
+    // Weights at distances of one and two taps along rows and columns.
+    near: vec4<f32>,
+    far: vec4<f32>,
+}
+
+fn weight_along(square: Square, offset: i32) -> vec4<f32> {
+    return select(select(square.far, square.near, abs(offset) == 1), vec4(1.0), offset == 0);
+}
+
+fn add(sum: ptr<function, Pair>, square: Square, offset: vec2<i32>, after: vec4<f32>, before: vec4<f32>) {
+    let rise = f32(offset.x) * square.slope_x + f32(offset.y) * square.slope_y;
+    let added = pair(square.rule, after - square.rule.center - rise, before - square.rule.center + rise);
+    let weight = weight_along(square, offset.x) * weight_along(square, offset.y);
     (*sum).total += weight * added.total;
     (*sum).weight += weight * added.weight;
 }
 
-fn key_at(pixel: vec2<i32>) -> f32 {
-    return textureLoad(source, pixel, 0).x;
+// Keys of eight pixels of a row, of which the four in the middle are those that are smoothed, or above or below them.
+struct Keys {
+    left: vec4<f32>,
+    right: vec4<f32>,
 }
 
-fn smooth_pixel(id: vec2<u32>) -> Smoothed {
-    let pixel = vec2<i32>(id);
-    let center = key_at(pixel);
-    let d = distance_of(camera, center);
-    let room = min(id, camera.size_px - 1u - id);
-    let original = textureLoad(front, pixel, 0).xy;
-    let r = original.y;
-    let widths = sigmas(camera, smoothing, d, r);
-    let sigma_px = widths.square_px;
+fn keys_at(first: vec2<i32>) -> Keys {
+    return Keys(loads_at(source, first, ROW, PLACES - 2), loads_at(source, first, ROW, PLACES + 2));
+}
+
+fn one_before(keys: Keys) -> vec4<f32> {
+    return vec4(keys.left.yzw, keys.right.x);
+}
+
+fn middle(keys: Keys) -> vec4<f32> {
+    return vec4(keys.left.zw, keys.right.xy);
+}
+
+fn one_after(keys: Keys) -> vec4<f32> {
+    return vec4(keys.left.w, keys.right.xyz);
+}
+
+// Keys of the four pixels `offset` taps further, which are `gap` pixels apart.
+fn taps_apart(first: vec2<i32>, gap: vec4<i32>, offset: vec2<i32>) -> vec4<f32> {
+    return vec4(
+        textureLoad(source, first + gap.x * offset, 0).x,
+        textureLoad(source, first + ROW + gap.y * offset, 0).x,
+        textureLoad(source, first + 2 * ROW + gap.z * offset, 0).x,
+        textureLoad(source, first + 3 * ROW + gap.w * offset, 0).x,
+    );
+}
+
+// Gives the number of samples that are weighed.
+fn smooth_four(first: vec2<i32>) -> u32 {
+    let two_up = keys_at(first - vec2(0, 2));
+    let up = keys_at(first - vec2(0, 1));
+    let own = keys_at(first);
+    let down = keys_at(first + vec2(0, 1));
+    let two_down = keys_at(first + vec2(0, 2));
+    let center = middle(own);
+    let d = distances_of(camera, center);
+    let original = fronts_at(front, first, ROW);
+    let widths = sigmas(camera, smoothing, d, original.radius);
+    let sigma_px = max(widths.square_px, vec4(LEAST_SIGMA_PX));
     let pattern = pattern_of(smoothing, widths.pass_px);
+    let last = vec2<i32>(camera.size_px) - 1;
+    let x = first.x + PLACES;
+    let room = min(min(x, last.x - x), vec4(min(first.y, last.y - first.y)));
     // Pixels from one tap to the next; near the picture's border a smaller one.
-    let gap = min(max(i32(pattern.period) / 4, 1), i32(min(room.x, room.y)) / 2);
-    if gap < 1 || sigma_px < LEAST_SIGMA_PX {
-        return Smoothed(center, 0u);
-    }
-    // Weights at distances of one and two taps along rows and columns: a Gaussian, or where taps along lines have gaps what takes
-    // away all that repeats after four taps or two, namely 1, 2, 2, 2, 1 (the mean of four twice, one tap apart).
+    let gap = min(max(vec4<i32>(pattern.period) / 4, vec4(1)), room / 2);
+    let is_smoothed = (gap >= vec4(1)) & (widths.square_px >= vec4(LEAST_SIGMA_PX));
+    var square: Square;
+    // A Gaussian, or where taps along lines have gaps what takes away all that repeats after four taps or two, namely 1, 2, 2, 2, 1
+    // (the mean of four twice, one tap apart).
     let w = exp(-0.5 / (sigma_px * sigma_px));
-    let near = mix(w, 1.0, pattern.gaps);
-    let far = mix(w * w * w * w, 0.5, pattern.gaps);
-    // At distances whose squares are 1, 2, 4, 5 and 8.
-    let w1 = near;
-    let w2 = near * near;
-    let w4 = far;
-    let w5 = far * near;
-    let w8 = far * far;
-    let left = key_at(pixel - gap * vec2(1, 0));
-    let right = key_at(pixel + gap * vec2(1, 0));
-    let above = key_at(pixel - gap * vec2(0, 1));
-    let below = key_at(pixel + gap * vec2(0, 1));
-#ifdef GAUSSIAN
-    let gx = 0.0;
-    let gy = 0.0;
-#else
-    let gx = smaller_step(right, center, left);
-    let gy = smaller_step(below, center, above);
-#endif
-    var rule = rule_at(camera, smoothing, center, d, original.x, r);
+    square.near = mix(w, vec4(1.0), pattern.gaps);
+    square.far = mix(w * w * w * w, vec4(0.5), pattern.gaps);
+    square.rule = rule_at(camera, smoothing, center, d, original.distance, original.radius);
 #ifdef ADAPTIVE
-    rule.complexity = complexity[id.y * camera.size_px.x + id.x];
+    let pixels = first.y * i32(camera.size_px.x) + x;
+    square.rule.complexity =
+        vec4(complexity[pixels.x], complexity[pixels.y], complexity[pixels.z], complexity[pixels.w]);
 #endif
-    var sum = Pair(0.0, 0.0);
-    add(&sum, rule, right, left, gx, w1);
-    add(&sum, rule, below, above, gy, w1);
-    add(&sum, rule, key_at(pixel + gap * vec2(1, 1)), key_at(pixel - gap * vec2(1, 1)), gx + gy, w2);
-    add(&sum, rule, key_at(pixel + gap * vec2(1, -1)), key_at(pixel - gap * vec2(1, -1)), gx - gy, w2);
-    add(&sum, rule, key_at(pixel + gap * vec2(2, 0)), key_at(pixel - gap * vec2(2, 0)), 2.0 * gx, w4);
-    add(&sum, rule, key_at(pixel + gap * vec2(0, 2)), key_at(pixel - gap * vec2(0, 2)), 2.0 * gy, w4);
-    add(&sum, rule, key_at(pixel + gap * vec2(2, 1)), key_at(pixel - gap * vec2(2, 1)), 2.0 * gx + gy, w5);
-    add(&sum, rule, key_at(pixel + gap * vec2(2, -1)), key_at(pixel - gap * vec2(2, -1)), 2.0 * gx - gy, w5);
-    add(&sum, rule, key_at(pixel + gap * vec2(1, 2)), key_at(pixel - gap * vec2(1, 2)), gx + 2.0 * gy, w5);
-    add(&sum, rule, key_at(pixel + gap * vec2(1, -2)), key_at(pixel - gap * vec2(1, -2)), gx - 2.0 * gy, w5);
-    add(&sum, rule, key_at(pixel + gap * vec2(2, 2)), key_at(pixel - gap * vec2(2, 2)), 2.0 * (gx + gy), w8);
-    add(&sum, rule, key_at(pixel + gap * vec2(2, -2)), key_at(pixel - gap * vec2(2, -2)), 2.0 * (gx - gy), w8);
-    return Smoothed(smoothed_key(rule, sum), 24u);
+#ifndef GAUSSIAN
+    square.slope_x = smaller_steps(one_after(own), center, one_before(own));
+    square.slope_y = smaller_steps(middle(down), center, middle(up));
+#endif
+    var sum = Pair(vec4(0.0), vec4(0.0));
+    let is_dense = all(gap <= vec4(1));
+    if is_dense {
+        add(&sum, square, vec2(1, 0), one_after(own), one_before(own));
+        add(&sum, square, vec2(0, 1), middle(down), middle(up));
+        add(&sum, square, vec2(1, 1), one_after(down), one_before(up));
+        add(&sum, square, vec2(1, -1), one_after(up), one_before(down));
+        add(&sum, square, vec2(2, 0), own.right, own.left);
+        add(&sum, square, vec2(0, 2), middle(two_down), middle(two_up));
+        add(&sum, square, vec2(2, 1), down.right, up.left);
+        add(&sum, square, vec2(2, -1), up.right, down.left);
+        add(&sum, square, vec2(1, 2), one_after(two_down), one_before(two_up));
+        add(&sum, square, vec2(1, -2), one_after(two_up), one_before(two_down));
+        add(&sum, square, vec2(2, 2), two_down.right, two_up.left);
+        add(&sum, square, vec2(2, -2), two_up.right, two_down.left);
+    }
+    // In extreme close-ups taps lie apart. The first two pairs tell the slopes.
+    var half = HALF;
+    for (var i = 0; i < select(12, 0, is_dense); i++) {
+        let offset = half[i];
+        let after = taps_apart(first, gap, offset);
+        let before = taps_apart(first, gap, -offset);
+#ifndef GAUSSIAN
+        let slope = smaller_steps(after, center, before);
+        square.slope_x = select(square.slope_x, slope, i == 0);
+        square.slope_y = select(square.slope_y, slope, i == 1);
+#endif
+        add(&sum, square, offset, after, before);
+    }
+    let found = distances_of(camera, select(center, smoothed_key(square.rule, sum), is_smoothed));
+    textureStore(distance, first, vec4(found.x));
+    textureStore(distance, first + ROW, vec4(found.y));
+    textureStore(distance, first + 2 * ROW, vec4(found.z));
+    textureStore(distance, first + 3 * ROW, vec4(found.w));
+    return 24u * countOneBits(dot(vec4<u32>(is_smoothed), vec4(1u, 2u, 4u, 8u)));
 }
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     var taps = 0u;
-    let end = covered.count;
+    let end = tiles.count * TILE;
     for (var i = id.x; i < end; i += groups.x * 64u) {
-        let pixel = unpack_pixel(covered.packed[i]);
-        let found = smooth_pixel(pixel);
-        textureStore(distance, pixel, vec4(distance_of(camera, found.value)));
-        taps += found.taps;
+        let tile = unpack_pixel(tiles.packed[i / TILE]);
+        taps += smooth_four(vec2<i32>(TILE * tile + vec2(0u, i % TILE)));
     }
     count(taps);
 }

@@ -1,7 +1,11 @@
 #define_import_path meniscus::smoothing
 #import meniscus::camera::{Camera, px_per_world}
 
-// What the filters that average along rows and columns share: how wide, and at which taps.
+// What the filters that average along rows and columns share: how wide, and at which taps. Four pixels beside each other at a time,
+// to which neighbours are common.
+
+// Pixels per side of the tiles that show fluid; the list of them is one as `CoveredPixels`, of tiles.
+const TILE: u32 = 4u;
 
 struct Smoothing {
     // Pixels per step along the direction of the pass: (1, 0) or (0, 1).
@@ -19,27 +23,19 @@ struct Smoothing {
     most_taps: f32,
 }
 
-// A pixel after a pass.
-struct Smoothed {
-    // Its key, or what the pass works on in place of it.
-    value: f32,
-    // Samples read besides the pixel's own.
-    taps: u32,
-}
-
 struct Sigmas {
     // Of one pass along a direction, pixels.
-    pass_px: f32,
+    pass_px: vec4<f32>,
     // Of the clean-up in two dimensions, in its gaps.
-    square_px: f32,
+    square_px: vec4<f32>,
 }
 
 // What taps along lines leave for the clean-up to even out.
 struct Pattern {
     // Pixels between places that the taps treat alike: what repeats by that comes through them unsmoothed.
-    period: f32,
+    period: vec4<f32>,
     // How far it is from one pixel to two: 0 where all taps count the same, 1 where every other one is gone.
-    gaps: f32,
+    gaps: vec4<f32>,
 }
 
 // Wider than any picture; also keeps taps from running over where a radius is absurd.
@@ -52,24 +48,28 @@ fn sigma_in_px(camera: Camera, sigma_radii: f32, distance: f32, radius: f32) -> 
     return select(0.0, min(px, MOST_SIGMA_PX), px > 0.0 && px < 1e30);
 }
 
-// Pixels from one tap to the next, a power of two, of a kernel that reaches so far.
-fn step_of(reach_px: f32, most: f32) -> f32 {
-    var step = 1.0;
-    while reach_px > most * step {
-        step *= 2.0;
-    }
-    return step;
+// Pixels from one tap to the next of kernels that reach so far: the least power of two with which `most` taps suffice.
+fn step_of(reach_px: vec4<f32>, most: f32) -> vec4<f32> {
+    // Carried into the exponent unless it is one.
+    let bits = bitcast<vec4<u32>>(max(reach_px / most, vec4(1.0))) + 0x7fffffu;
+    return bitcast<vec4<f32>>(bits & vec4(0xff800000u));
 }
 
 // The variances of all passes add up to the square of the filter's sigma.
-fn sigmas(camera: Camera, smoothing: Smoothing, distance: f32, radius: f32) -> Sigmas {
-    let total_px = sigma_in_px(camera, smoothing.sigma_spacings * smoothing.spacing_per_radius, distance, radius);
-    let square_px = min(0.5 * total_px, 1.0);
+fn sigmas(camera: Camera, smoothing: Smoothing, distance: vec4<f32>, radius: vec4<f32>) -> Sigmas {
+    let radii = smoothing.sigma_spacings * smoothing.spacing_per_radius;
+    let total_px = vec4(
+        sigma_in_px(camera, radii, distance.x, radius.x),
+        sigma_in_px(camera, radii, distance.y, radius.y),
+        sigma_in_px(camera, radii, distance.z, radius.z),
+        sigma_in_px(camera, radii, distance.w, radius.w),
+    );
+    let square_px = min(0.5 * total_px, vec4(1.0));
     let pass_px = sqrt((total_px * total_px - square_px * square_px) * smoothing.share);
     return Sigmas(pass_px, square_px);
 }
 
-fn pattern_of(smoothing: Smoothing, pass_px: f32) -> Pattern {
+fn pattern_of(smoothing: Smoothing, pass_px: vec4<f32>) -> Pattern {
     let reach_px = REACH * WIDENED * pass_px;
     // Of every other tap more than half is gone from three quarters of the most taps on.
     let period = step_of(reach_px, 0.75 * smoothing.most_taps);
@@ -88,40 +88,46 @@ const LEAST_SIGMA_PX: f32 = 0.3;
 
 // Weight of every other tap of a kernel that takes so many to each side, beginning with the first: fades before the step doubles, so
 // that no ring shows where it does.
-fn odd_weight(taps: f32, most: f32) -> f32 {
-    return 1.0 - smoothstep(0.5 * most, most, taps);
+fn odd_weight(taps: vec4<f32>, most: f32) -> vec4<f32> {
+    return 1.0 - smoothstep(vec4(0.5 * most), vec4(most), taps);
 }
 
-// The taps of a kernel along a line.
+// The taps of kernels along a line.
 struct Taps {
     // Pixels from one to the next, a power of two.
-    step: i32,
+    step: vec4<i32>,
     // To each side.
-    count: i32,
-    falloff: f32,
-    // The Gaussian where the kernel ends.
-    at_end: f32,
+    count: vec4<i32>,
+    falloff: vec4<f32>,
+    // The Gaussian where the kernel ends, and one over its height above that.
+    at_end: vec4<f32>,
+    scale: vec4<f32>,
     // `odd_weight`.
-    odd: f32,
+    odd: vec4<f32>,
 }
 
-// `room`: pixels to the nearer border.
-fn taps_of(smoothing: Smoothing, sigma_px: f32, room: i32) -> Taps {
+// `room`: pixels to the nearer border. Below `LEAST_SIGMA_PX` there are no taps.
+fn taps_of(smoothing: Smoothing, sigma_px: vec4<f32>, room: vec4<i32>) -> Taps {
     let most = smoothing.most_taps;
-    let reach_px = min(REACH * sigma_px, f32(room) + 1.0);
+    let wide_px = max(sigma_px, vec4(LEAST_SIGMA_PX));
+    let reach_px = min(REACH * wide_px, vec4<f32>(room) + 1.0);
     // Whole pixels and even: uneven steps leave ripples.
     let step = step_of(reach_px, most);
     let end = reach_px / step;
+    let count = min(vec4<i32>(end), room / vec4<i32>(step));
     // Of a much wider Gaussian the border cuts out a parabola, whatever its width; in single precision its own values near the
     // middle could not be told from 1.
-    let shape_px = min(sigma_px, MOST_WIDTH * reach_px);
+    let shape_px = min(wide_px, MOST_WIDTH * reach_px);
     let falloff = -0.5 / (shape_px * shape_px);
-    return Taps(i32(step), min(i32(end), room / i32(step)), falloff, exp(falloff * reach_px * reach_px), odd_weight(end, most));
+    let at_end = exp(falloff * reach_px * reach_px);
+    let used = select(vec4(0), count, sigma_px >= vec4(LEAST_SIGMA_PX));
+    return Taps(vec4<i32>(step), used, falloff, at_end, 1.0 / (1.0 - at_end), odd_weight(end, most));
 }
 
-// Weight of the `k`-th tap to either side, relative to the middle.
-fn tap_weight(taps: Taps, k: i32) -> f32 {
-    let offset = f32(k * taps.step);
-    let weight = max(exp(taps.falloff * offset * offset) - taps.at_end, 0.0) / (1.0 - taps.at_end);
-    return weight * select(1.0, taps.odd, (k & 1) == 1);
+// Weights of the `k`-th taps to either side, relative to the middle.
+fn tap_weight(taps: Taps, k: i32) -> vec4<f32> {
+    let offset = vec4<f32>(k * taps.step);
+    let weight = max(exp(taps.falloff * offset * offset) - taps.at_end, vec4(0.0)) * taps.scale;
+    let used = select(vec4(0.0), weight, vec4(k) <= taps.count);
+    return used * select(vec4(1.0), taps.odd, (k & 1) == 1);
 }

@@ -1,7 +1,7 @@
 // Turns the depth image into distances and lists the pixels that show fluid; the others get the values that stand for "no
 // surface" in every image.
 #import meniscus::camera::Camera
-#import meniscus::covered::pack_pixel
+#import meniscus::covered::{Filling, pack_pixel}
 #import meniscus::splat::{GRADE_BITS, radius_of_grade}
 #import meniscus::surface::NO_SURFACE
 
@@ -10,12 +10,6 @@ struct Surface {
     radius_world: f32,
     // Whether distances end in grades of radii.
     is_graded: u32,
-}
-
-// `CoveredPixels` while it is filled.
-struct Filling {
-    count: atomic<u32>,
-    packed: array<u32>,
 }
 
 @group(0) @binding(0) var<uniform> camera: Camera;

@@ -59,7 +59,7 @@ fn sets_of_small_splats_are_drawn_as_all_others() {
     let gpu = gpu();
     let body = lattice::cuboid([-1.0, -1.0, -6.0], [20, 20, 20], 0.1, 0.4, 1);
     for radii in [Radii::Equal, Radii::Different] {
-        for (side, is_small) in [(96, true), (640, false)] {
+        for (side, is_small) in [(96, true), (1000, false)] {
             let scene = Scene::new(parallel(0.0, 4.0), [side, side], &body.positions, 0.0625, 0.1);
             let half_px = 0.0625 * side as f32 / 4.0;
             let params = params("none", 2, 1.0);

@@ -2,7 +2,7 @@ use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{Rule, Smoothing, Width};
+use super::smoothing::{MOST_TAPS, Rule, Smoothing, Width};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter};
 use crate::{SsfrError, twin};
 
@@ -35,7 +35,13 @@ impl BilateralParams {
 
     pub(crate) fn width(&self) -> Width {
         // Nothing is clamped.
-        Width { sigma: self.sigma, iterations: self.iterations, range: self.threshold, clamp: 0.0 }
+        Width {
+            sigma: self.sigma,
+            iterations: self.iterations,
+            range: self.threshold,
+            clamp: 0.0,
+            most_taps: MOST_TAPS,
+        }
     }
 }
 

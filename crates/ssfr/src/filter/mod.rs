@@ -28,7 +28,7 @@ pub use properties::Properties;
 pub use registry::{DEFAULT, FilterEntry, FilterRegistry};
 pub(crate) use smoothing::{LinePass, Rule, Width};
 
-/// Counter of the samples that a filter reads besides the pixel's own, for the `counts` of its pipelines. A filter whose
+/// Counter of the samples that a filter weighs besides the pixel's own, for the `counts` of its pipelines. A filter whose
 /// passes do not count has no figure in reports.
 pub const TAPS: &str = "filter_taps";
 

@@ -2,7 +2,7 @@ use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{Rule, Smoothing, Width};
+use super::smoothing::{MOST_TAPS, Rule, Smoothing, Width};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter};
 use crate::{SsfrError, twin};
 
@@ -38,7 +38,13 @@ impl NarrowRangeParams {
     }
 
     pub(crate) fn width(&self) -> Width {
-        Width { sigma: self.sigma, iterations: self.iterations, range: self.threshold, clamp: self.clamp }
+        Width {
+            sigma: self.sigma,
+            iterations: self.iterations,
+            range: self.threshold,
+            clamp: self.clamp,
+            most_taps: MOST_TAPS,
+        }
     }
 }
 

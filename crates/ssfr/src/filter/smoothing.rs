@@ -1,6 +1,6 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, shader,
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, covered, shader,
 };
 
 use super::{FilterImages, TAPS};
@@ -40,6 +40,9 @@ pub(crate) struct Width {
     pub range: f32,
     /// How far behind what lies behind the range is taken to be, in drawn radii.
     pub clamp: f32,
+    /// Taps to each side in all but the last iteration, for each spacing of sigma beyond the first as many again; wider kernels
+    /// have them further apart.
+    pub most_taps: f32,
 }
 
 impl Width {
@@ -47,7 +50,7 @@ impl Width {
     pub fn passes(&self) -> impl Iterator<Item = LinePass> {
         (0..).zip(shares(self.iterations, 0.5)).flat_map(|(i, share)| {
             let order = if i % 2 == 0 { [[1, 0], [0, 1]] } else { [[0, 1], [1, 0]] };
-            let most = if i + 1 < self.iterations { MOST_TAPS } else { MOST_LAST_TAPS };
+            let most = if i + 1 < self.iterations { self.most_taps } else { MOST_LAST_TAPS };
             let most_taps = most * (self.sigma * share.sqrt()).max(1.0);
             order.map(|direction| LinePass { direction, share, most_taps })
         })
@@ -78,8 +81,11 @@ pub(crate) struct LinePass {
     pub most_taps: f32,
 }
 
-/// Taps to each side, for each spacing of sigma beyond the first as many again.
-const MOST_TAPS: f32 = 24.0;
+/// [`Width::most_taps`] of filters that look at each tap by itself. They are at most 0.7 standard deviations apart, 1.4 of the last
+/// iteration's, which leaves 4e-5 of what repeats by that.
+pub(super) const MOST_TAPS: f32 = 8.0;
+/// Of one that follows the surface from tap to tap.
+pub(super) const MOST_ADJACENT_TAPS: f32 = 24.0;
 /// In the last iteration. What the others leave between taps that are far apart, it smooths out; what it leaves, only the clean-up
 /// does, which reaches over four pixels.
 const MOST_LAST_TAPS: f32 = 48.0;
@@ -151,7 +157,7 @@ impl Smoothing {
         images: &FilterImages<'_>,
         width: &Width,
     ) {
-        let pixels = images.over_covered();
+        let lines = over_tiles(images.front.size());
         let [mut next, mut other] = images.steps.map(|image| image.bind());
         record_keys(recorder, gpu, camera, images, &self.key);
         let common = |recorder: &mut Recorder, pass, source| {
@@ -161,7 +167,7 @@ impl Smoothing {
                 ("smoothing", recorder.uniform(&uniform)),
                 ("front", images.front.bind()),
                 ("source", source),
-                ("covered", images.covered.bind()),
+                ("tiles", images.scratch[0].bind()),
             ];
             if self.rule == Rule::Adaptive {
                 bindings.push(("complexity", images.scratch[1].bind()));
@@ -172,18 +178,18 @@ impl Smoothing {
         for pass in width.passes() {
             let mut bindings = common(recorder, pass, current);
             bindings.push(("smoothed", next.clone()));
-            recorder.compute(gpu, "ssfr.smooth_along", &self.along, &bindings, pixels);
+            recorder.compute(gpu, "ssfr.smooth_along", &self.along, &bindings, lines);
             current = next.clone();
             std::mem::swap(&mut next, &mut other);
         }
         let mut bindings = common(recorder, width.clean_up(), current);
         bindings.push(("distance", images.target.bind()));
-        recorder.compute(gpu, "ssfr.smooth_square", &self.square, &bindings, pixels);
+        recorder.compute(gpu, "ssfr.smooth_square", &self.square, &bindings, lines);
     }
 }
 
 /// Fills both steps with what `key` makes of the distances; passes over the covered pixels then alternate between
-/// them, beginning at the second.
+/// them, beginning at the second. Lists the tiles that show fluid in the first scratch buffer.
 pub(super) fn record_keys(
     recorder: &mut Recorder,
     gpu: &Gpu,
@@ -191,13 +197,25 @@ pub(super) fn record_keys(
     images: &FilterImages<'_>,
     key: &ComputePipeline,
 ) {
+    let tiles = images.scratch[0];
+    recorder.clear(gpu, "ssfr.smooth_key", tiles, 1);
     let bindings = [
         ("camera", camera.clone()),
+        ("tiles", tiles.bind()),
         ("front", images.front.bind()),
         ("key", images.steps[1].bind()),
         ("other", images.steps[0].bind()),
     ];
-    recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(images.front.size()));
+    let tiles = images.front.size().map(|side| side.div_ceil(TILE));
+    recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(tiles));
+}
+
+/// Pixels per side of a tile: `TILE` of `shaders/ssfr/smoothing.inc.wgsl`.
+const TILE: u32 = 4;
+
+/// Dispatch over the listed tiles of a picture of `size` pixels, an invocation for each of their rows or columns.
+fn over_tiles(size: [u32; 2]) -> Dispatch {
+    covered::dispatch([size[0].div_ceil(TILE), size[1].next_multiple_of(TILE)])
 }
 
 /// Fractions of a variance that `steps` steps have, each a little narrower than the one before, down to `last_width` of the

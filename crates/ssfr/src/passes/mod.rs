@@ -28,6 +28,7 @@ pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/ellipsoid"),
     shader!(include "ssfr/thickness"),
     shader!(include "ssfr/key"),
+    shader!(include "ssfr/four"),
     shader!(include "ssfr/smoothing"),
     shader!(include "ssfr/rule"),
     shader!(include "ssfr/adaptive"),
