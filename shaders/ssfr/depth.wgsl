@@ -23,18 +23,30 @@
 @group(0) @binding(5) var<storage, read> farthest: array<f32>;
 
 const TILE: i32 = 8;
+// Splats of more tiles than this to a side are drawn without asking: looking them all up would take longer.
+const MOST_TILES: i32 = 4;
 
 // Whether all that the splat could show in is nearer already, as far as the tiles tell (farthest.wgsl).
 fn is_hidden(grid: Grid, first: vec2<i32>, last: vec2<i32>, front: f32) -> bool {
     let a = first / TILE;
     let b = last / TILE;
-    if any(b - a > vec2(1)) {
+    if any(b - a >= vec2(MOST_TILES)) {
         return false;
     }
     let width = grid.last_px.x / TILE + 1;
-    let upper = max(farthest[a.y * width + a.x], farthest[a.y * width + b.x]);
-    let lower = max(farthest[b.y * width + a.x], farthest[b.y * width + b.x]);
-    return max(upper, lower) <= front;
+    var found = 0.0;
+    // Two rows and two columns at a time: most splats have no more.
+    for (var y = a.y; y <= b.y; y += 2) {
+        let upper = y * width;
+        let lower = min(y + 1, b.y) * width;
+        for (var x = a.x; x <= b.x; x += 2) {
+            let right = min(x + 1, b.x);
+            let of_upper = max(farthest[upper + x], farthest[upper + right]);
+            let of_lower = max(farthest[lower + x], farthest[lower + right]);
+            found = max(found, max(of_upper, of_lower));
+        }
+    }
+    return found <= front;
 }
 
 #ifdef SHAPED
