@@ -3,7 +3,7 @@
 
 // Splats of many pixels are not drawn by the invocation that comes across them: all others of its workgroup would wait for it, and
 // lavapipe ends all loops of an invocation after 65 536 turns in all, whatever is left to do. They are cut into strips of rows, which
-// the variants compiled with STRIPS draw, a workgroup a strip.
+// the variants compiled with STRIPS draw, a workgroup a strip. Those compiled with SMALL are for sets that have none.
 
 // A splat, and the first of the rows to be drawn.
 struct Strip {
@@ -21,16 +21,14 @@ struct Strips {
 }
 
 @group(0) @binding(13) var<storage, read> ranges: array<KeptRange>;
+#ifndef SMALL
 @group(0) @binding(14) var<storage, read_write> strips: Strips;
+#endif
 
-// Most pixels of a splat that one invocation draws. On a GPU others wait for it: an NVIDIA H100 draws
+// Most pixels of a splat that one invocation draws (`most_px` of `passes/pages.rs`). On a GPU others wait for it: an NVIDIA H100 draws
 // spheres of 5 and 10 px three and six times faster in strips; for a software driver strips are a detour, as long as
 // the splats of an invocation, every 64th of a range of 512, stay below its limit (benches/RESULTS.md).
-#ifdef HARDWARE
-const MOST_PX: i32 = 32;
-#else
-const MOST_PX: i32 = 4096;
-#endif
+const MOST_PX: i32 = i32(#{MOST_PX});
 // About as many has a strip, at least one row.
 const STRIP_PX: i32 = 4096;
 // First row of a strip that is void.
@@ -52,6 +50,7 @@ fn rows_of_strip(width: i32) -> i32 {
     return max(STRIP_PX / width, 1);
 }
 
+#ifndef SMALL
 // Whether there was room for all strips of the splat.
 fn leave(origin: Strip, first: vec2<i32>, last: vec2<i32>) -> bool {
     let size = last - first + 1;
@@ -66,6 +65,7 @@ fn leave(origin: Strip, first: vec2<i32>, last: vec2<i32>) -> bool {
     }
     return fits;
 }
+#endif
 
 // The part of the splat `origin`, whose pixels are `first` to `last`, that falls to this invocation.
 fn part_of(origin: Strip, first: vec2<i32>, last: vec2<i32>, lane: u32) -> Part {
@@ -81,9 +81,11 @@ fn part_of(origin: Strip, first: vec2<i32>, last: vec2<i32>, lane: u32) -> Part 
     return Part(begin, vec2(last.x, end), vec2<i32>(vec2(COLUMNS, ROWS)), visited);
 #else
     let area = size.x * size.y;
+#ifndef SMALL
     if area > MOST_PX && leave(origin, first, last) {
         return nothing;
     }
+#endif
     return Part(first, last, vec2(1), u32(area));
 #endif
 }

@@ -106,6 +106,8 @@ fn spheres_that_fill_the_picture_are_whole() {
         (0..12).map(|i| [0.02 * i as f32, 0.3 - 0.05 * i as f32, -3.0 - 0.1 * (i % 5) as f32]).collect();
     for camera in [perspective(0.0, 0.9), parallel(0.0, 2.0)] {
         let mut scene = Scene::new(camera, size, &positions, 0.9, 1.0);
+        // A bound that says no more than that they are large.
+        scene.most_half_px = 1000.0;
         for radii in [meniscus_ssfr::Radii::Equal, meniscus_ssfr::Radii::Different] {
             scene.radii = radii;
             let frame = scene.render(&gpu, &params("none", 1, 0.0));

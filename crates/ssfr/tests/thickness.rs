@@ -53,7 +53,8 @@ fn the_integral_over_the_picture_is_the_volume() {
     }
 }
 
-/// The passes for sets of which no profile is drawn give the same sums; a set that is said to be larger is drawn with its profiles.
+/// The passes for sets of which no profile is drawn, and none in strips, give the same sums and distances; a set that is said to be
+/// larger is drawn with its profiles.
 #[test]
 fn sets_of_small_splats_are_drawn_as_all_others() {
     let gpu = gpu();
@@ -65,9 +66,10 @@ fn sets_of_small_splats_are_drawn_as_all_others() {
             let params = params("none", 2, 1.0);
             assert_eq!(half_px < 2.0 * params.thickness.profile_half_px(0.1 / 0.0625), is_small);
             let unknown = Scene { radii, ..scene };
-            let expected = unknown.render(&gpu, &params).thickness;
-            let known = Scene { most_half_px: half_px, ..unknown };
-            assert_eq!(known.render(&gpu, &params).thickness, expected, "{radii:?}, {half_px} px");
+            let expected = unknown.render(&gpu, &params);
+            let known = Scene { most_half_px: half_px, ..unknown }.render(&gpu, &params);
+            assert_eq!(known.thickness, expected.thickness, "{radii:?}, {half_px} px");
+            assert_eq!(known.unfiltered, expected.unfiltered, "{radii:?}, {half_px} px");
         }
     }
 }

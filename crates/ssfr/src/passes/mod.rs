@@ -63,9 +63,7 @@ fn compile(
     counts: Option<&'static str>,
 ) -> Result<ComputePipeline, GpuError> {
     let mut definitions = definitions.to_vec();
-    if !gpu.summary().is_software() {
-        definitions.push(Definition { name: "HARDWARE", value: 1 });
-    }
+    definitions.push(Definition { name: "MOST_PX", value: pages::most_px(gpu) });
     gpu.compute_pipeline(&ComputePipelineDescriptor {
         includes: INCLUDES,
         definitions: &definitions,

@@ -35,6 +35,18 @@ impl SplatPipelines {
     }
 }
 
+/// Most pixels of a splat that an invocation draws alone; why: `shaders/ssfr/strips.inc.wgsl`.
+pub(super) fn most_px(gpu: &Gpu) -> u32 {
+    if gpu.summary().is_software() { 4096 } else { 32 }
+}
+
+/// Whether invocations draw alone all spheres of half sizes up to `most_half_px`.
+pub(super) fn are_small(gpu: &Gpu, most_half_px: f32) -> bool {
+    // Pixel centres in a stretch.
+    let side = 2.0 * most_half_px + 1.0;
+    side * side <= most_px(gpu) as f32
+}
+
 /// Most strips of a page, which is room for half a billion pixels. Splats that find none are drawn as small ones are.
 const STRIPS: u64 = 1 << 17;
 /// Words of the list of strips: its length, and four each.

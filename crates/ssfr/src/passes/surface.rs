@@ -6,7 +6,7 @@ use meniscus_gpu::{
 };
 
 use super::occlusion::OcclusionPasses;
-use super::pages::{List, PageBindings, PageDrawing, SplatPipelines, each_page};
+use super::pages::{List, PageBindings, PageDrawing, SplatPipelines, are_small, each_page};
 use super::{counted_pipeline, pipeline, pipeline_with};
 use crate::splats::{Common, VisibleRadius};
 use crate::{AnisotropyParams, SplatSet, SurfaceImages};
@@ -32,6 +32,8 @@ impl HostStruct for SurfaceUniform {
 pub(crate) struct SurfacePasses {
     limit: ComputePipeline,
     spheres: SplatPasses,
+    /// For sets whose spheres are all drawn by one invocation each: those in front, and those that are tested.
+    small: [SplatPipelines; 2],
     /// Where some may be ellipsoids.
     shaped: Option<SplatPasses>,
     occlusion: OcclusionPasses,
@@ -63,9 +65,14 @@ impl SplatPasses {
 
 impl SurfacePasses {
     pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Result<Self, GpuError> {
+        let small = |definitions: &[Definition]| {
+            let definitions = [definitions, &[Definition { name: "SMALL", value: 1 }]].concat();
+            SplatPipelines::new(gpu, shader!("ssfr/depth"), &definitions, COUNTER)
+        };
         let mut passes = Self {
             limit: pipeline(gpu, shader!("ssfr/limit"))?,
             spheres: SplatPasses::new(gpu, &[])?,
+            small: [small(&[])?, small(&[Definition { name: "TESTED", value: 1 }])?],
             shaped: None,
             occlusion: OcclusionPasses::new(gpu)?,
             surface: pipeline(gpu, shader!("ssfr/surface"))?,
@@ -123,24 +130,26 @@ impl SurfacePasses {
                 ("nearest", images.nearest.bind()),
             ]
         };
-        each_page(recorder, sets, common, List::Front, |recorder, page| {
-            let (passes, shapes) = self.of(&page);
-            let mut bindings = bindings(&page);
-            bindings.extend(shapes);
-            let whole = passes.depth.of(page.is_uniform);
-            let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
-            drawing.record(recorder, gpu, "ssfr.depth", bindings, None, (page.ranges, page.groups));
-        });
-        self.occlusion.record(recorder, gpu, sets, images);
-        each_page(recorder, sets, common, List::Visible, |recorder, page| {
-            let mut bindings = bindings(&page);
-            let (passes, shapes) = self.of(&page);
-            bindings.extend(shapes);
-            let farthest = Some(("farthest", images.farthest.bind()));
-            let whole = passes.tested_depth.of(page.is_uniform);
-            let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
-            drawing.record(recorder, gpu, "ssfr.depth", bindings, farthest, (page.ranges, page.groups));
-        });
+        for (list, small) in [List::Front, List::Visible].into_iter().zip(&self.small) {
+            if list == List::Visible {
+                self.occlusion.record(recorder, gpu, sets, images);
+            }
+            each_page(recorder, sets, common, list, |recorder, page| {
+                let (passes, shapes) = self.of(&page);
+                let of_whole = (list == List::Visible).then(|| ("farthest", images.farthest.bind()));
+                let mut bindings = bindings(&page);
+                if shapes.is_none() && are_small(gpu, page.most_half_px) {
+                    bindings.extend(of_whole.into_iter().chain([("ranges", page.ranges)]));
+                    recorder.compute(gpu, "ssfr.depth", small.of(page.is_uniform), &bindings, page.groups);
+                    return;
+                }
+                bindings.extend(shapes);
+                let whole = if list == List::Visible { &passes.tested_depth } else { &passes.depth };
+                let whole = whole.of(page.is_uniform);
+                let drawing = PageDrawing { whole, strips: &passes.depth_strips, list: &images.strips };
+                drawing.record(recorder, gpu, "ssfr.depth", bindings, of_whole, (page.ranges, page.groups));
+            });
+        }
         if common.visible_radius == VisibleRadius::Found {
             let pixels = size[0] as usize * size[1] as usize;
             recorder.clear(gpu, "ssfr.radius", &images.radius, pixels);
