@@ -19,8 +19,11 @@ struct Smoothing {
     // taken to be.
     range_radii: f32,
     clamp_radii: f32,
-    // Taps to each side, at most; a wider kernel is sampled in larger steps, which the smoothness of the splats allows.
+    // Taps to each side from which on they are spread out, up to `MOST_SPREAD` pixels apart; and at most: still wider kernels are
+    // sampled in larger steps, which the smoothness of the splats allows.
+    close_taps: f32,
     most_taps: f32,
+    pad: f32,
 }
 
 struct Sigmas {
@@ -48,10 +51,12 @@ fn sigma_in_px(camera: Camera, sigma_radii: f32, distance: f32, radius: f32) -> 
     return select(0.0, min(px, MOST_SIGMA_PX), px > 0.0 && px < 1e30);
 }
 
-// Pixels from one tap to the next of kernels that reach so far: the least power of two with which `most` taps suffice.
-fn step_of(reach_px: vec4<f32>, most: f32) -> vec4<f32> {
+const MOST_SPREAD: f32 = 4.0;
+
+// The least power of two, of those from 1 on, that is not less.
+fn power_of_two(least: vec4<f32>) -> vec4<f32> {
     // Carried into the exponent unless it is one.
-    let bits = bitcast<vec4<u32>>(max(reach_px / most, vec4(1.0))) + 0x7fffffu;
+    let bits = bitcast<vec4<u32>>(max(least, vec4(1.0))) + 0x7fffffu;
     return bitcast<vec4<f32>>(bits & vec4(0xff800000u));
 }
 
@@ -72,8 +77,8 @@ fn sigmas(camera: Camera, smoothing: Smoothing, distance: vec4<f32>, radius: vec
 fn pattern_of(smoothing: Smoothing, pass_px: vec4<f32>) -> Pattern {
     let reach_px = REACH * WIDENED * pass_px;
     // Of every other tap more than half is gone from three quarters of the most taps on.
-    let period = step_of(reach_px, 0.75 * smoothing.most_taps);
-    return Pattern(period, 1.0 - odd_weight(reach_px, smoothing.most_taps));
+    let period = power_of_two(reach_px / (0.75 * smoothing.most_taps));
+    return Pattern(period, 1.0 - odd_weight(reach_px, vec4(smoothing.most_taps)));
 }
 
 // Kernels are a Gaussian less its value at 2.5 of its standard deviations, where they end: nothing jumps as one more tap fits,
@@ -88,8 +93,8 @@ const LEAST_SIGMA_PX: f32 = 0.3;
 
 // Weight of every other tap of a kernel that takes so many to each side, beginning with the first: fades before the step doubles, so
 // that no ring shows where it does.
-fn odd_weight(taps: vec4<f32>, most: f32) -> vec4<f32> {
-    return 1.0 - smoothstep(vec4(0.5 * most), vec4(most), taps);
+fn odd_weight(taps: vec4<f32>, most: vec4<f32>) -> vec4<f32> {
+    return 1.0 - smoothstep(0.5 * most, most, taps);
 }
 
 // The taps of kernels along a line.
@@ -108,11 +113,12 @@ struct Taps {
 
 // `room`: pixels to the nearer border. Below `LEAST_SIGMA_PX` there are no taps.
 fn taps_of(smoothing: Smoothing, sigma_px: vec4<f32>, room: vec4<i32>) -> Taps {
-    let most = smoothing.most_taps;
     let wide_px = max(sigma_px, vec4(LEAST_SIGMA_PX));
     let reach_px = min(REACH * wide_px, vec4<f32>(room) + 1.0);
     // Whole pixels and even: uneven steps leave ripples.
-    let step = step_of(reach_px, most);
+    let spread = min(power_of_two(reach_px / smoothing.close_taps), vec4(MOST_SPREAD));
+    let step = max(spread, power_of_two(reach_px / smoothing.most_taps));
+    let most = select(vec4(smoothing.most_taps), vec4(smoothing.close_taps), step < vec4(MOST_SPREAD));
     let end = reach_px / step;
     let count = min(vec4<i32>(end), room / vec4<i32>(step));
     // Of a much wider Gaussian the border cuts out a parabola, whatever its width; in single precision its own values near the

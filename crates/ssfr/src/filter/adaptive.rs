@@ -3,7 +3,7 @@ use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Gpu, HostField, Host
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{MOST_TAPS, Rule, Smoothing, Width};
+use super::smoothing::{CLOSE_TAPS, Rule, Smoothing, Width};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter, TAPS};
 use crate::params::check_range;
 use crate::passes::{counted_pipeline, pipeline};
@@ -54,7 +54,7 @@ impl AdaptiveParams {
             iterations: self.iterations,
             range: self.threshold,
             clamp: self.clamp,
-            most_taps: MOST_TAPS,
+            close_taps: CLOSE_TAPS,
         }
     }
 }

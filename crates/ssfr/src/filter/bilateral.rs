@@ -2,7 +2,7 @@ use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{MOST_TAPS, Rule, Smoothing, Width};
+use super::smoothing::{CLOSE_TAPS, Rule, Smoothing, Width};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter};
 use crate::{SsfrError, twin};
 
@@ -40,7 +40,7 @@ impl BilateralParams {
             iterations: self.iterations,
             range: self.threshold,
             clamp: 0.0,
-            most_taps: MOST_TAPS,
+            close_taps: CLOSE_TAPS,
         }
     }
 }

@@ -2,7 +2,7 @@ use meniscus_gpu::{Binding, CameraUniform, Gpu, Recorder};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{MOST_TAPS, Rule, Smoothing, Width};
+use super::smoothing::{CLOSE_TAPS, Rule, Smoothing, Width};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter};
 use crate::{SsfrError, twin};
 
@@ -31,7 +31,7 @@ impl GaussianParams {
 
     pub(crate) fn width(&self) -> Width {
         // One after the other are one, and the narrower of two smooths what a wide one leaves between its taps. No range.
-        Width { sigma: self.sigma, iterations: 2, range: 1.0, clamp: 0.0, most_taps: MOST_TAPS }
+        Width { sigma: self.sigma, iterations: 2, range: 1.0, clamp: 0.0, close_taps: CLOSE_TAPS }
     }
 }
 

@@ -2,7 +2,7 @@ use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Definition, Gpu, Rec
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{MOST_ADJACENT_TAPS, SmoothingUniform, Width, record_keys};
+use super::smoothing::{MOST_TAPS, SmoothingUniform, Width, record_keys};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter, TAPS};
 use crate::passes::{counted_pipeline, pipeline_with};
 use crate::{SsfrError, twin};
@@ -42,7 +42,7 @@ impl NarrowRangePaperParams {
             iterations: self.iterations,
             range: self.threshold,
             clamp: self.clamp,
-            most_taps: MOST_ADJACENT_TAPS,
+            close_taps: MOST_TAPS,
         }
     }
 }

@@ -40,9 +40,9 @@ pub(crate) struct Width {
     pub range: f32,
     /// How far behind what lies behind the range is taken to be, in drawn radii.
     pub clamp: f32,
-    /// Taps to each side in all but the last iteration, for each spacing of sigma beyond the first as many again; wider kernels
-    /// have them further apart.
-    pub most_taps: f32,
+    /// Taps to each side from which on they are spread out, up to four pixels apart, in all but the last iteration; for each spacing
+    /// of sigma beyond the first as many again.
+    pub close_taps: f32,
 }
 
 impl Width {
@@ -50,9 +50,10 @@ impl Width {
     pub fn passes(&self) -> impl Iterator<Item = LinePass> {
         (0..).zip(shares(self.iterations, 0.5)).flat_map(|(i, share)| {
             let order = if i % 2 == 0 { [[1, 0], [0, 1]] } else { [[0, 1], [1, 0]] };
-            let most = if i + 1 < self.iterations { self.most_taps } else { MOST_LAST_TAPS };
-            let most_taps = most * (self.sigma * share.sqrt()).max(1.0);
-            order.map(|direction| LinePass { direction, share, most_taps })
+            let is_last = i + 1 >= self.iterations;
+            let taps = if is_last { [MOST_LAST_TAPS; 2] } else { [self.close_taps, MOST_TAPS] };
+            let [close_taps, most_taps] = taps.map(|taps| taps * (self.sigma * share.sqrt()).max(1.0));
+            order.map(|direction| LinePass { direction, share, close_taps, most_taps })
         })
     }
 
@@ -77,15 +78,18 @@ pub(crate) struct LinePass {
     pub direction: [u32; 2],
     /// Fraction of the variance of all passes in this direction.
     pub share: f32,
+    /// Taps to each side from which on they are spread out, up to four pixels apart.
+    pub close_taps: f32,
     /// Taps to each side, at most.
     pub most_taps: f32,
 }
 
-/// [`Width::most_taps`] of filters that look at each tap by itself. They are at most 0.7 standard deviations apart, 1.4 of the last
-/// iteration's, which leaves 4e-5 of what repeats by that.
-pub(super) const MOST_TAPS: f32 = 8.0;
-/// Of one that follows the surface from tap to tap.
-pub(super) const MOST_ADJACENT_TAPS: f32 = 24.0;
+/// [`Width::close_taps`] of filters that look at each tap by itself. They are at most 0.7 standard deviations apart, 1.4 of the last
+/// iteration's, which leaves 4e-5 of what repeats by that. Streaks that the edges of other surfaces leave are as wide as taps are apart:
+/// those of four pixels are for the clean-up.
+pub(super) const CLOSE_TAPS: f32 = 8.0;
+/// Most taps to each side in all but the last iteration.
+pub(super) const MOST_TAPS: f32 = 24.0;
 /// In the last iteration. What the others leave between taps that are far apart, it smooths out; what it leaves, only the clean-up
 /// does, which reaches over four pixels.
 const MOST_LAST_TAPS: f32 = 48.0;
@@ -100,7 +104,9 @@ pub(super) struct SmoothingUniform {
     share: f32,
     range_radii: f32,
     clamp_radii: f32,
+    close_taps: f32,
     most_taps: f32,
+    pad: f32,
 }
 
 impl HostStruct for SmoothingUniform {
@@ -112,7 +118,9 @@ impl HostStruct for SmoothingUniform {
         share,
         range_radii,
         clamp_radii,
+        close_taps,
         most_taps,
+        pad,
     });
 }
 
@@ -125,7 +133,9 @@ impl SmoothingUniform {
             share: pass.share,
             range_radii: width.range,
             clamp_radii: width.clamp,
+            close_taps: pass.close_taps,
             most_taps: pass.most_taps,
+            pad: 0.0,
         }
     }
 }

@@ -36,9 +36,11 @@ fn odd_weight(taps: f64, most: f64) -> f64 {
 /// its value where it ends, at the latest at the picture's border, `room` pixels away. Continuous in `sigma_px`: every other
 /// tap fades before the steps double.
 fn taps(pass: LinePass, sigma_px: f64, room: i64) -> impl Iterator<Item = (i64, f64)> + use<> {
-    let most = f64::from(pass.most_taps);
+    let [close, most] = [pass.close_taps, pass.most_taps].map(f64::from);
     let reach = (REACH * sigma_px).min(room as f64 + 1.0);
-    let step = step_of(reach, most);
+    // Up to four pixels apart before there are as many as there may be.
+    let step = step_of(reach, close).min(4.0).max(step_of(reach, most));
+    let most = if step < 4.0 { close } else { most };
     let end = reach / step;
     let odd = odd_weight(end, most);
     let gaussian = move |offset: f64| (-0.5 * (offset / sigma_px).powi(2)).exp();
