@@ -25,10 +25,14 @@ struct Strips {
 @group(0) @binding(14) var<storage, read_write> strips: Strips;
 #endif
 
-// Most pixels of a splat that one invocation draws (`most_px` of `passes/pages.rs`). On a GPU others wait for it: an NVIDIA H100 draws
+// Most pixels of a splat that one invocation draws (`MOST_PX` of `passes/pages.rs`). On a GPU others wait for it: an NVIDIA H100 draws
 // spheres of 5 and 10 px three and six times faster in strips; for a software driver strips are a detour, as long as
 // the splats of an invocation, every 64th of a range of 512, stay below its limit (benches/RESULTS.md).
-const MOST_PX: i32 = i32(#{MOST_PX});
+#ifdef HARDWARE
+const MOST_PX: i32 = 32;
+#else
+const MOST_PX: i32 = 4096;
+#endif
 // About as many has a strip, at least one row.
 const STRIP_PX: i32 = 4096;
 // First row of a strip that is void.

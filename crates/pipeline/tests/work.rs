@@ -175,8 +175,12 @@ fn shapes_are_found_once() {
     let mut spheres = Set::with(settings);
     spheres.draw(MIDDLE, ALL);
     let passes = of(spheres.draw(MIDDLE + Vec3::Z * 0.1, ALL).compute_passes);
-    assert_eq!(of(again.compute_passes), passes, "no more than spheres take");
-    assert!(of(first.compute_passes) > passes + 4);
+    // What might be large is drawn in strips too: a list of them to be emptied and one to be drawn, for both lists of splats. Of
+    // spheres that are known to be small there are none.
+    let of_strips = 4;
+    let again_passes = of(again.compute_passes);
+    assert!((passes..=passes + of_strips).contains(&again_passes), "{again_passes}: spheres take {passes}");
+    assert!(of(first.compute_passes) > again_passes + 4);
     assert_eq!(of(again.gpu_allocations), 0);
     let distance = |set: &Set| set.renderer.surface_images().distance.read(set.renderer.gpu()).unwrap();
     let (of_ellipsoids, of_spheres) = (distance(&ellipsoids), distance(&spheres));

@@ -42,6 +42,7 @@ impl NarrowRangePaperParams {
             iterations: self.iterations,
             range: self.threshold,
             clamp: self.clamp,
+            // Each tap widens the range for the next one.
             close_taps: MOST_TAPS,
         }
     }

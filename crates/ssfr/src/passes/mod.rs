@@ -63,7 +63,9 @@ fn compile(
     counts: Option<&'static str>,
 ) -> Result<ComputePipeline, GpuError> {
     let mut definitions = definitions.to_vec();
-    definitions.push(Definition { name: "MOST_PX", value: pages::most_px(gpu) });
+    if !gpu.summary().is_software() {
+        definitions.push(Definition { name: "HARDWARE", value: 1 });
+    }
     gpu.compute_pipeline(&ComputePipelineDescriptor {
         includes: INCLUDES,
         definitions: &definitions,

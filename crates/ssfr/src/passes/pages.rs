@@ -35,16 +35,16 @@ impl SplatPipelines {
     }
 }
 
-/// Most pixels of a splat that an invocation draws alone; why: `shaders/ssfr/strips.inc.wgsl`.
-pub(super) fn most_px(gpu: &Gpu) -> u32 {
-    if gpu.summary().is_software() { 4096 } else { 32 }
-}
+/// Most pixels of a splat that an invocation of a software driver, or of a GPU, draws alone: `MOST_PX` of `shaders/ssfr/strips.inc.wgsl`.
+const MOST_PX: [u32; 2] = [4096, 32];
 
 /// Whether invocations draw alone all spheres of half sizes up to `most_half_px`.
 pub(super) fn are_small(gpu: &Gpu, most_half_px: f32) -> bool {
     // Pixel centres in a stretch.
     let side = 2.0 * most_half_px + 1.0;
-    side * side <= most_px(gpu) as f32
+    let [software, hardware] = MOST_PX;
+    let most_px = if gpu.summary().is_software() { software } else { hardware };
+    side * side <= most_px as f32
 }
 
 /// Most strips of a page, which is room for half a billion pixels. Splats that find none are drawn as small ones are.
@@ -166,6 +166,21 @@ pub(super) fn each_page(
                     groups,
                 },
             );
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use meniscus_gpu::shader;
+
+    #[test]
+    fn shaders_leave_splats_of_the_same_size_to_strips() {
+        let source = shader!(include "ssfr/strips").source;
+        assert_eq!(source.matches("const MOST_PX").count(), MOST_PX.len());
+        for most_px in MOST_PX {
+            assert!(source.contains(&format!("const MOST_PX: i32 = {most_px};")), "{most_px}");
         }
     }
 }
