@@ -14,7 +14,10 @@ const SMALL_AND_LONG: [[u32; 2]; 6] = [[1, 1], [2, 1], [1, 2], [5, 4], [4097, 3]
 pub(super) fn twin(run: &Run<'_>) -> Outcome {
     let tilted = [perspective(0.7), parallel(2.0)].map(|camera| tilted(camera, 0.1));
     let small = SMALL_AND_LONG.map(|size| Picture::bumpy(perspective(1.0), size, 0.1));
-    let others = [Picture::step(0.1), Picture::lattice(7.3, 90), Picture::lattice(40.0, 150)];
+    // The last one is so close that taps of a clean-up may lie apart too.
+    let others =
+        [(7.3, 90), (40.0, 150), (150.0, 60)].map(|(spacing_px, side)| Picture::lattice(spacing_px, side));
+    let others = [&[Picture::step(0.1)], &others[..]].concat();
     let pictures = [&Picture::both_bumpy()[..], &tilted, &small, &others].concat();
     for picture in &pictures {
         let (found, expected) = (run.on_gpu(picture)?, run.on_cpu(picture)?);
