@@ -20,29 +20,31 @@
 #endif
 
 #ifdef TESTED
-@group(0) @binding(5) var<storage, read> farthest: array<f32>;
+@group(0) @binding(5) var farthest: texture_2d<f32>;
 
 const TILE: i32 = 8;
 // Splats of more tiles than this to a side are drawn without asking: looking them all up would take longer.
 const MOST_TILES: i32 = 4;
 
+fn farthest_in(column: i32, row: i32) -> f32 {
+    return textureLoad(farthest, vec2(column, row), 0).x;
+}
+
 // Whether all that the splat could show in is nearer already, as far as the tiles tell (farthest.wgsl).
-fn is_hidden(grid: Grid, first: vec2<i32>, last: vec2<i32>, front: f32) -> bool {
+fn is_hidden(first: vec2<i32>, last: vec2<i32>, front: f32) -> bool {
     let a = first / TILE;
     let b = last / TILE;
     if any(b - a >= vec2(MOST_TILES)) {
         return false;
     }
-    let width = grid.last_px.x / TILE + 1;
     var found = 0.0;
     // Two rows and two columns at a time: most splats have no more.
     for (var y = a.y; y <= b.y; y += 2) {
-        let upper = y * width;
-        let lower = min(y + 1, b.y) * width;
+        let below = min(y + 1, b.y);
         for (var x = a.x; x <= b.x; x += 2) {
             let right = min(x + 1, b.x);
-            let of_upper = max(farthest[upper + x], farthest[upper + right]);
-            let of_lower = max(farthest[lower + x], farthest[lower + right]);
+            let of_upper = max(farthest_in(x, y), farthest_in(right, y));
+            let of_lower = max(farthest_in(x, below), farthest_in(right, below));
             found = max(found, max(of_upper, of_lower));
         }
     }
@@ -56,7 +58,7 @@ fn is_sphere_hidden(grid: Grid, sphere: Splat) -> bool {
         return false;
     }
     let box = surface_pixels(grid, sphere);
-    return any(box.last < box.first) || is_hidden(grid, box.first, box.last, front);
+    return any(box.last < box.first) || is_hidden(box.first, box.last, front);
 }
 #endif
 #endif
@@ -70,7 +72,7 @@ fn draw(grid: Grid, splat: Splat, origin: Strip, lane: u32) -> u32 {
         return 0u;
     }
 #ifdef TESTED
-    if is_hidden(grid, box.first, box.last, splat.center.z - splat.radius) {
+    if is_hidden(box.first, box.last, splat.center.z - splat.radius) {
         return 0u;
     }
 #endif
@@ -132,7 +134,7 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid, origin: Strip, lane: u32) ->
     }
     let front = front_of(ellipsoid);
 #ifdef TESTED
-    if is_hidden(grid, box.first, box.last, front) {
+    if is_hidden(box.first, box.last, front) {
         return 0u;
     }
 #endif

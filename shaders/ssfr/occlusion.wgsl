@@ -3,11 +3,6 @@
 #import meniscus::particle::{KeptRange, Occludee}
 
 struct Occlusion {
-    // Tiles of 8 pixels, and of 64.
-    tiles: vec2<u32>,
-    large_tiles: vec2<u32>,
-    // Where the large ones begin.
-    first_large: u32,
     count: u32,
 }
 
@@ -21,8 +16,10 @@ struct Filling {
 
 @group(0) @binding(0) var<uniform> occlusion: Occlusion;
 @group(0) @binding(1) var<storage, read> occludees: array<Occludee>;
-@group(0) @binding(2) var<storage, read> farthest: array<f32>;
-@group(0) @binding(3) var<storage, read_write> visible: Filling;
+// Of tiles of 8 pixels, and of 64.
+@group(0) @binding(2) var farthest: texture_2d<f32>;
+@group(0) @binding(3) var farthest_large: texture_2d<f32>;
+@group(0) @binding(4) var<storage, read_write> visible: Filling;
 
 // Most tiles that one test looks at; what spreads over more of the large ones is so near that it is drawn.
 const MOST_TILES: u32 = 64u;
@@ -31,10 +28,10 @@ fn unpack(tile: u32) -> vec2<u32> {
     return vec2(tile & 0xffffu, tile >> 16u);
 }
 
-fn reaches_before(front: f32, begin: u32, width: u32, first: vec2<u32>, last: vec2<u32>) -> bool {
+fn reaches_before(front: f32, tiles: texture_2d<f32>, first: vec2<u32>, last: vec2<u32>) -> bool {
     for (var y = first.y; y <= last.y; y++) {
         for (var x = first.x; x <= last.x; x++) {
-            if farthest[begin + y * width + x] > front {
+            if textureLoad(tiles, vec2(x, y), 0).x > front {
                 return true;
             }
         }
@@ -47,13 +44,13 @@ fn is_visible(occludee: Occludee) -> bool {
     var last = unpack(occludee.last_tile);
     var size = last - first + 1u;
     if size.x * size.y <= MOST_TILES {
-        return reaches_before(occludee.front, 0u, occlusion.tiles.x, first, last);
+        return reaches_before(occludee.front, farthest, first, last);
     }
     first /= 8u;
     last /= 8u;
     size = last - first + 1u;
     if size.x * size.y <= MOST_TILES {
-        return reaches_before(occludee.front, occlusion.first_large, occlusion.large_tiles.x, first, last);
+        return reaches_before(occludee.front, farthest_large, first, last);
     }
     return true;
 }

@@ -1,6 +1,6 @@
 // Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
 // stand for groups of particles. STRIPS: of what was left to strips. POINTS: of sets none of which is large enough for its profile to
-// be drawn: software drivers go through what no lane needs.
+// be drawn: software drivers go through what no lane needs. IN_FRONT: of sets that nothing opaque cuts.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, StandIn}
 #import meniscus::thickness::{Thickness, SATURATED}
@@ -16,9 +16,11 @@
 #else
 @group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
 #endif
+#ifndef IN_FRONT
 // Farthest the fluid is seen in a block. A buffer: few lanes of a software driver get here at a time, and it would read a texel
 // for all of them.
 @group(0) @binding(5) var<storage, read> limit: array<f32>;
+#endif
 @group(0) @binding(6) var<storage, read_write> sum: array<atomic<u32>>;
 
 const LANES: u32 = 64u;
@@ -37,6 +39,26 @@ fn steps_of_volume(grid: Grid, splat: Splat) -> f32 {
     let slope = splat.center.xy / d * grid.perspective;
     let pixel_size = abs(grid.step) * mix(1.0, d, grid.perspective);
     return splat.volume * sqrt(1.0 + dot(slope, slope)) / (pixel_size.x * pixel_size.y) * splats.steps_per_world;
+}
+
+// Where what reaches to the distance `far` is seen to end.
+fn end_of(pixel: u32, far: f32) -> f32 {
+#ifdef IN_FRONT
+    return far;
+#else
+    return min(far, limit[pixel]);
+#endif
+}
+
+// Part of a sphere's volume in front of the scene: a spherical segment of height 2 R f.
+fn visible_part(pixel: u32, splat: Splat) -> f32 {
+#ifdef IN_FRONT
+    return 1.0;
+#else
+    let front = min(limit[pixel] - splat.center.z, splat.radius);
+    let f = max(front / (2.0 * splat.radius) + 0.5, 0.0);
+    return f * f * (3.0 - 2.0 * f);
+#endif
 }
 
 #ifndef POINTS
@@ -77,7 +99,7 @@ fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>, ori
             let pixel = u32(y * (grid.last_px.x + 1) + x);
             if chord.half_squared > 0.0 {
                 let half = sqrt(chord.half_squared);
-                let length = max(min(chord.middle + half, limit[pixel]) - (chord.middle - half), 0.0);
+                let length = max(end_of(pixel, chord.middle + half) - (chord.middle - half), 0.0);
                 add(pixel, length * chord.stretch * steps_per_length + 0.5);
             }
         }
@@ -98,7 +120,6 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32
     let corner = clamp(center_px - 0.5, vec2(-2.0), vec2<f32>(grid.last_px) + 1.0);
     let base = floor(corner);
     let part = corner - base;
-    let d = splat.center.z;
     let steps = steps_of_volume(grid, splat);
     var visited = 0u;
     for (var tap = 0; tap < 4; tap++) {
@@ -108,10 +129,7 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32
             visited++;
             let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
             let weights = select(1.0 - part, part, offset == vec2(1));
-            // Part of the sphere's volume in front of the scene: a spherical segment of height 2 R f.
-            let front = min(limit[pixel] - d, splat.radius);
-            let f = max(front / (2.0 * splat.radius) + 0.5, 0.0);
-            let visible = f * f * (3.0 - 2.0 * f);
+            let visible = visible_part(pixel, splat);
             add(pixel, steps * weights.x * weights.y * visible + fract(noise + 0.25 * f32(tap)));
         }
     }

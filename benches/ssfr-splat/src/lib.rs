@@ -145,6 +145,7 @@ impl Splats {
             volume_world: self.volume_world,
             radii: Radii::Equal,
             is_uniform_mass: true,
+            is_in_front: false,
             most_half_px: f32::INFINITY,
         });
     }

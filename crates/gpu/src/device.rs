@@ -1,13 +1,15 @@
 use std::fs;
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{Arc, Mutex, PoisonError, mpsc};
+use std::sync::{Arc, mpsc};
 
 use etcetera::BaseStrategy;
 use meniscus_core::Flaw;
 
 use crate::adapter::{self, AdapterChoice, AdapterSummary};
+use crate::error::ErrorSink;
 use crate::pipeline::ComputePipelineDescriptor;
+use crate::pipeline::PassMaker;
 use crate::readback::Readback;
 use crate::recorder::{BindCache, Submitted};
 use crate::work::{GpuWork, WorkMeter};
@@ -55,7 +57,7 @@ pub struct Gpu {
     pub(crate) readback: Readback,
     pub(crate) bind_cache: BindCache,
     pub(crate) fill: ComputePipeline,
-    driver_error: Arc<Mutex<Option<String>>>,
+    passes: PassMaker,
     cache: Option<(wgpu::PipelineCache, PathBuf)>,
 }
 
@@ -101,17 +103,18 @@ impl Gpu {
         }))
         .map_err(|e| GpuError::Device { adapter: summary.name.clone(), message: e.to_string() })?;
 
-        let driver_error = Arc::new(Mutex::new(None));
-        let sink = Arc::clone(&driver_error);
+        let errors = ErrorSink::default();
+        let sink = errors.clone();
         device.on_uncaptured_error(Arc::new(move |error: wgpu::Error| {
             tracing::error!("{error}");
-            sink.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(error.to_string());
+            sink.report(error.to_string());
         }));
 
         let cache =
             features.contains(wgpu::Features::PIPELINE_CACHE).then(|| open_cache(&device, &info)).flatten();
         let fill_descriptor = ComputePipelineDescriptor::new(shader!("gpu/fill"));
-        let fill = ComputePipeline::create(&device, cache.as_ref().map(|c| &c.0), &fill_descriptor)?;
+        let passes = PassMaker::new(device.clone(), cache.as_ref().map(|c| c.0.clone()), errors);
+        let fill = passes.pass(&fill_descriptor)?;
         Ok(Self {
             device,
             queue,
@@ -124,7 +127,7 @@ impl Gpu {
             readback: Readback::default(),
             bind_cache: BindCache::default(),
             fill,
-            driver_error,
+            passes,
             cache,
         })
     }
@@ -137,7 +140,13 @@ impl Gpu {
         &self,
         descriptor: &ComputePipelineDescriptor,
     ) -> Result<ComputePipeline, GpuError> {
-        ComputePipeline::create(&self.device, self.pipeline_cache(), descriptor)
+        self.passes.pass(descriptor)
+    }
+
+    /// As [`Self::compute_pipeline`] for a pass of which there are many variants, of which few runs draw all: composed when it is
+    /// first recorded, and only once for all who ask for the same. Should it not compose, it does nothing and [`Self::wait`] tells why; stages test all variants that they have.
+    pub fn compute_variant(&self, descriptor: &ComputePipelineDescriptor) -> ComputePipeline {
+        self.passes.variant(descriptor)
     }
 
     pub(crate) fn pipeline_cache(&self) -> Option<&wgpu::PipelineCache> {
@@ -268,17 +277,11 @@ impl Gpu {
 
     /// Keeps `error` for [`Self::wait`], as if the driver had reported it.
     pub fn report(&self, error: &GpuError) {
-        self.driver_error
-            .lock()
-            .unwrap_or_else(PoisonError::into_inner)
-            .get_or_insert_with(|| error.to_string());
+        self.passes.errors.report(error.to_string());
     }
 
     pub(crate) fn take_error(&self) -> Result<(), GpuError> {
-        match self.driver_error.lock().unwrap_or_else(PoisonError::into_inner).take() {
-            Some(message) => Err(GpuError::Driver(message)),
-            None => Ok(()),
-        }
+        self.passes.errors.take().map_or(Ok(()), |message| Err(GpuError::Driver(message)))
     }
 }
 

@@ -1,3 +1,5 @@
+use std::sync::{Arc, Mutex, PoisonError};
+
 use crate::INSTALL_HINT;
 
 /// What can go wrong with the GPU.
@@ -77,4 +79,18 @@ pub enum GpuError {
     /// The driver reported an error while the frame ran.
     #[error("the driver reported: {0}")]
     Driver(String),
+}
+
+/// Where errors wait that come up while nobody can be told: the first one counts.
+#[derive(Clone, Debug, Default)]
+pub(crate) struct ErrorSink(Arc<Mutex<Option<String>>>);
+
+impl ErrorSink {
+    pub(crate) fn report(&self, message: String) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).get_or_insert(message);
+    }
+
+    pub(crate) fn take(&self) -> Option<String> {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).take()
+    }
 }

@@ -1,8 +1,10 @@
 //! Pipelines whose bindings and workgroup sizes come from the shader itself.
 
+use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering};
-use std::sync::{LazyLock, OnceLock};
+use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
+use crate::error::ErrorSink;
 use crate::{Definition, Gpu, GpuError, Shader, TextureRole, shader};
 
 /// Slot of a named binding.
@@ -41,31 +43,29 @@ impl ComputePipelineDescriptor<'_> {
     }
 }
 
-/// A compute pass whose shader is known to be right. The driver compiles it when it is first recorded: of the variants of a
-/// pass, few runs draw all.
+/// A compute pass. The driver compiles it when it is first recorded: of the variants of a pass, few runs draw all.
 #[derive(Debug)]
 pub struct ComputePipeline {
     pub(crate) name: &'static str,
-    pub(crate) pipeline: LazyLock<wgpu::ComputePipeline, CompilePass>,
-    pub(crate) bindings: Bindings,
-    workgroup_size: [u32; 3],
-    counting: Option<Counting>,
+    composed: Arc<LazyComposed>,
+    /// The variant that counts its work, and the name of the counter.
+    counting: Option<(&'static str, Box<ComputePipeline>)>,
 }
 
+type LazyComposed = LazyLock<Option<Composed>, ComposePass>;
+type ComposePass = Box<dyn FnOnce() -> Option<Composed> + Send + Sync>;
 type CompilePass = Box<dyn FnOnce() -> wgpu::ComputePipeline + Send + Sync>;
 
-/// The variant of a pass that counts its work; composed when it is first wanted, which few runs do.
+/// A compute pass whose shader is known to be right.
 #[derive(Debug)]
-struct Counting {
-    counter: &'static str,
-    shader: Shader,
-    includes: Vec<Shader>,
-    definitions: Vec<Definition>,
-    compiled: OnceLock<Option<Box<ComputePipeline>>>,
+pub(crate) struct Composed {
+    pub(crate) pipeline: LazyLock<wgpu::ComputePipeline, CompilePass>,
+    pub(crate) bindings: Bindings,
+    pub(crate) workgroup_size: [u32; 3],
 }
 
-impl ComputePipeline {
-    pub(crate) fn create(
+impl Composed {
+    fn new(
         device: &wgpu::Device,
         cache: Option<&wgpu::PipelineCache>,
         descriptor: &ComputePipelineDescriptor<'_>,
@@ -94,43 +94,101 @@ impl ComputePipeline {
                 cache: cache.as_ref(),
             })
         };
-        let pipeline = LazyLock::new(Box::new(compile) as CompilePass);
-        let counting = descriptor.counts.map(|counter| Counting {
-            counter,
-            shader: descriptor.shader,
-            includes: descriptor.includes.to_vec(),
-            definitions: descriptor.definitions.iter().copied().chain([shader::COUNT]).collect(),
-            compiled: OnceLock::new(),
-        });
-        Ok(Self { name, pipeline, bindings, workgroup_size, counting })
+        Ok(Self { pipeline: LazyLock::new(Box::new(compile) as CompilePass), bindings, workgroup_size })
+    }
+}
+
+/// What passes are made with.
+#[derive(Clone, Debug)]
+pub(crate) struct PassMaker {
+    pub(crate) device: wgpu::Device,
+    pub(crate) cache: Option<wgpu::PipelineCache>,
+    /// Where it is told what keeps a variant from composing.
+    pub(crate) errors: ErrorSink,
+    /// The variants that were asked for: stages that draw the same way share them, and so does what replaces a stage.
+    variants: Arc<Mutex<HashMap<VariantKey, Arc<LazyComposed>>>>,
+}
+
+/// The sources of a pass and its includes, by where they lie, and its definitions.
+type VariantKey = (Vec<(usize, usize)>, Vec<Definition>);
+
+impl PassMaker {
+    pub(crate) fn new(device: wgpu::Device, cache: Option<wgpu::PipelineCache>, errors: ErrorSink) -> Self {
+        Self { device, cache, errors, variants: Arc::default() }
     }
 
-    /// The variant that counts and the name of its counter, where the pass has one. What keeps it from compiling comes out
-    /// of [`Gpu::wait`].
-    pub(crate) fn counting(&self, gpu: &Gpu) -> Option<(&Self, &'static str)> {
-        let counting = self.counting.as_ref()?;
-        let compile = || {
-            let descriptor = ComputePipelineDescriptor {
-                shader: counting.shader,
-                includes: &counting.includes,
-                definitions: &counting.definitions,
-                counts: None,
+    /// Composes at once.
+    pub(crate) fn pass(
+        &self,
+        descriptor: &ComputePipelineDescriptor<'_>,
+    ) -> Result<ComputePipeline, GpuError> {
+        let composed = Composed::new(&self.device, self.cache.as_ref(), descriptor)?;
+        let compose = Box::new(move || Some(composed)) as ComposePass;
+        let counting = self.counting(descriptor);
+        Ok(ComputePipeline {
+            name: descriptor.shader.name,
+            composed: Arc::new(LazyLock::new(compose)),
+            counting,
+        })
+    }
+
+    /// Composes when the pass is first wanted.
+    pub(crate) fn variant(&self, descriptor: &ComputePipelineDescriptor<'_>) -> ComputePipeline {
+        let place = |shader: &Shader| (shader.source.as_ptr() as usize, shader.source.len());
+        let sources = std::iter::once(&descriptor.shader).chain(descriptor.includes).map(place).collect();
+        let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
+        let composed = variants.entry((sources, descriptor.definitions.to_vec())).or_insert_with(|| {
+            let (device, cache, errors) = (self.device.clone(), self.cache.clone(), self.errors.clone());
+            let (shader, includes, definitions) =
+                (descriptor.shader, descriptor.includes.to_vec(), descriptor.definitions.to_vec());
+            let compose = move || {
+                let descriptor = ComputePipelineDescriptor {
+                    includes: &includes,
+                    definitions: &definitions,
+                    ..ComputePipelineDescriptor::new(shader)
+                };
+                let composed = Composed::new(&device, cache.as_ref(), &descriptor);
+                composed.inspect_err(|error| errors.report(error.to_string())).ok()
             };
-            let compiled = gpu.compute_pipeline(&descriptor);
-            compiled.map(Box::new).inspect_err(|error| gpu.report(error)).ok()
-        };
-        Some((counting.compiled.get_or_init(compile).as_ref()?, counting.counter))
+            Arc::new(LazyLock::new(Box::new(compose) as ComposePass))
+        });
+        let composed = Arc::clone(composed);
+        drop(variants);
+        ComputePipeline { name: descriptor.shader.name, composed, counting: self.counting(descriptor) }
     }
 
-    /// Workgroup size as written in the shader.
+    fn counting(
+        &self,
+        descriptor: &ComputePipelineDescriptor<'_>,
+    ) -> Option<(&'static str, Box<ComputePipeline>)> {
+        let counter = descriptor.counts?;
+        let definitions = [descriptor.definitions, &[shader::COUNT]].concat();
+        let descriptor =
+            ComputePipelineDescriptor { definitions: &definitions, counts: None, ..descriptor.clone() };
+        Some((counter, Box::new(self.variant(&descriptor))))
+    }
+}
+
+impl ComputePipeline {
+    /// `None` where it does not compose, which [`Gpu::wait`] then tells.
+    pub(crate) fn composed(&self) -> Option<&Composed> {
+        LazyLock::force(&self.composed).as_ref()
+    }
+
+    /// The variant that counts and the name of its counter, where the pass has one.
+    pub(crate) fn counting(&self) -> Option<(&Self, &'static str)> {
+        self.counting.as_ref().map(|(counter, variant)| (&**variant, *counter))
+    }
+
+    /// Workgroup size as written in the shader; 0 where it does not compose.
     pub fn workgroup_size(&self) -> [u32; 3] {
-        self.workgroup_size
+        self.composed().map_or([0; 3], |composed| composed.workgroup_size)
     }
 
     /// Whether the shader uses a variable of this name that a binding is needed for: of those that an include declares, it
     /// has only the ones it imports.
     pub fn binds(&self, name: &str) -> bool {
-        self.bindings.slots.iter().any(|slot| slot.name == name)
+        self.composed().is_some_and(|composed| composed.bindings.slots.iter().any(|slot| slot.name == name))
     }
 }
 
@@ -301,4 +359,28 @@ fn texture_type(class: naga::ImageClass) -> Option<wgpu::BindingType> {
 
 fn buffer_type(ty: wgpu::BufferBindingType) -> wgpu::BindingType {
     wgpu::BindingType::Buffer { ty, has_dynamic_offset: false, min_binding_size: None }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::AdapterChoice;
+
+    const PASS: Shader = Shader { name: "test/pass", source: "@compute @workgroup_size(1) fn main() {}" };
+
+    #[test]
+    fn who_asks_for_the_same_variant_shares_it() {
+        let gpu = Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers");
+        let variant = |names: &[&'static str]| {
+            let definitions: Vec<_> = names.iter().map(|&name| Definition { name, value: 1 }).collect();
+            let of = ComputePipelineDescriptor {
+                definitions: &definitions,
+                ..ComputePipelineDescriptor::new(PASS)
+            };
+            gpu.compute_variant(&of).composed
+        };
+        assert!(Arc::ptr_eq(&variant(&["A"]), &variant(&["A"])));
+        assert!(!Arc::ptr_eq(&variant(&["A"]), &variant(&["A", "B"])));
+        assert!(!Arc::ptr_eq(&variant(&["A"]), &variant(&[])));
+    }
 }

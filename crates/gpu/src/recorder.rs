@@ -282,31 +282,32 @@ impl Recorder {
         bindings: &[(&str, Binding)],
         dispatch: Dispatch,
     ) {
-        let groups = dispatch.groups(pipeline.workgroup_size(), gpu);
+        let Some(composed) = pipeline.composed() else { return };
+        let groups = dispatch.groups(composed.workgroup_size, gpu);
         if groups.contains(&0) {
             return;
         }
         self.begin_frame(gpu);
         let tallies = self.tallies.as_mut().filter(|_| self.view.is_empty());
         let counting = tallies.and_then(|tallies| {
-            let (variant, counter) = pipeline.counting(gpu)?;
-            Some((variant, tallies.slot(counter)?))
+            let (variant, counter) = pipeline.counting()?;
+            Some((variant.composed()?, tallies.slot(counter)?))
         });
         let mut bindings = bindings.to_vec();
-        let pipeline = match counting {
+        let composed = match counting {
             Some((variant, tally)) => {
                 bindings.push(("tally", tally));
                 variant
             }
-            None => pipeline,
+            None => composed,
         };
-        let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, &bindings);
+        let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &composed.bindings, &bindings);
         gpu.work.add(|work| {
             work.compute_passes += 1;
             work.workgroups += groups.iter().map(|&n| u64::from(n)).product::<u64>();
         });
         // Compiled here, when it is drawn first, and not in the time of the pass.
-        let compiled: &wgpu::ComputePipeline = &pipeline.pipeline;
+        let compiled: &wgpu::ComputePipeline = &composed.pipeline;
         self.timed(gpu, name, |encoder, query| {
             let mut pass = encoder.begin_compute_pass(&wgpu::ComputePassDescriptor {
                 label: Some(name),

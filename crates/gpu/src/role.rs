@@ -96,6 +96,8 @@ texture_roles! {
     EyeDistance: R32Float as f32, unit "world units along the view axis";
     /// Length of fluid along the view ray up to the opaque scene; [0, inf), 0 = none.
     Thickness: R32Float as f32, unit "world units along the ray";
+    /// Farthest distance that a tile of the picture shows while splats are drawn.
+    FarthestDistance: R32Float as f32, unit "world units along the view axis";
     /// Unit normal in view space, octahedral in two snorm16; bits 0 = straight at the viewer.
     ViewNormal: R32Uint as u32, unit "view space, octahedral 2 x snorm16";
     /// What a pass of a filter leaves for the next one.

@@ -61,7 +61,7 @@ pub const COMMON: &[Shader] = &[
 ];
 
 /// A preprocessor constant: `#ifdef NAME`, `#{NAME}`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub struct Definition {
     /// Name as in the shader.
     pub name: &'static str,

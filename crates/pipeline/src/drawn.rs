@@ -59,6 +59,22 @@ pub(crate) fn objects(frame: &PreparedFrame, world: &World, geometry: &SceneGeom
     (!bounds.is_empty()).then_some(bounds)
 }
 
+/// Part of a spacing that rounding may let the floor reach into the cells of the lowest particles.
+const ROUNDING: f32 = 0.01;
+
+/// Whether nothing opaque cuts the water of `frame`: there are no objects, and the floor does not reach into the cells of particles.
+pub(crate) fn is_water_in_front(frame: &PreparedFrame, world: &World, geometry: &SceneGeometry) -> bool {
+    if objects(frame, world, geometry).is_some() {
+        return false;
+    }
+    let Some(floor) = world.scene().floor else { return true };
+    let up = world.space().up.index();
+    let half_cell = (0.5 - ROUNDING) * world.space().spacing as f32;
+    let mut chunks =
+        frame.sets.iter().filter(|set| set.look == Look::Water).flat_map(|set| &set.chunked.chunks);
+    chunks.all(|chunk| chunk.bounds.min[up] - half_cell * chunk.largest.max(1.0) >= floor.height_world)
+}
+
 /// What a camera sees of spheres.
 pub(crate) fn viewpoint(
     world: &World,
@@ -80,6 +96,7 @@ pub(crate) fn splat_set<'a>(
     pages: &'a [SplatInput<'a>],
     world: &World,
     selection: &Selection,
+    is_in_front: bool,
 ) -> SplatSet<'a> {
     SplatSet {
         pages,
@@ -97,6 +114,7 @@ pub(crate) fn splat_set<'a>(
             Radii::Different
         },
         is_uniform_mass: selection.is_uniform_mass,
+        is_in_front,
         most_half_px: selection.most_half_px,
     }
 }

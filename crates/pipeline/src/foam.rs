@@ -251,7 +251,7 @@ pub(crate) struct FoamStage {
 
 impl FoamStage {
     pub(crate) fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, PipelineError> {
-        Ok(Self { splats: FoamSplats::new(gpu)?, pass: FoamPass::new(gpu)?, layers: Image::new(gpu, size)? })
+        Ok(Self { splats: FoamSplats::new(gpu), pass: FoamPass::new(gpu)?, layers: Image::new(gpu, size)? })
     }
 
     pub(crate) fn size(&self) -> [u32; 2] {

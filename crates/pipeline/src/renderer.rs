@@ -11,7 +11,7 @@ use meniscus_ssfr::{ColoredSet, ShapePasses, SplatInput, SplatSet, Ssfr, Surface
 
 use crate::colors::SurfaceColors;
 use crate::counters;
-use crate::drawn::{DrawnSet, OPAQUE_LOOKS, objects, splat_set, viewpoint};
+use crate::drawn::{DrawnSet, OPAQUE_LOOKS, is_water_in_front, objects, splat_set, viewpoint};
 use crate::foam::{FoamStage, GpuFoam};
 use crate::identity::IdentityWatch;
 use crate::images::FrameImages;
@@ -444,12 +444,13 @@ impl Renderer {
             );
         }
         self.scene_seen_by = is_still.then_some(uniform);
+        let is_in_front = is_water_in_front(frame, world, geometry);
         let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(DrawnSet::splat_inputs).collect();
         // The sets that are drawn in this way and have values to be coloured by, and those that have none.
         let of_look = |look: Look| -> (Vec<ColoredSet>, Vec<ColoredSet>) {
             let sets = self.sets.iter().zip(&pages).filter(|(set, _)| set.look == look);
             let colored = sets.map(|(set, pages)| ColoredSet {
-                set: splat_set(pages, world, set.selector.selection()),
+                set: splat_set(pages, world, set.selector.selection(), is_in_front),
                 values: &set.values.pages,
             });
             colored.partition(|set| !set.values.is_empty())

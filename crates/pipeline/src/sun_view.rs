@@ -14,7 +14,7 @@ use meniscus_ssfr::{
     AnisotropyParams, ColoredSet, FilterChoice, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
 };
 
-use crate::drawn::{OPAQUE_LOOKS, splat_inputs, splat_set, viewpoint};
+use crate::drawn::{OPAQUE_LOOKS, is_water_in_front, splat_inputs, splat_set, viewpoint};
 use crate::images::FrameImages;
 use crate::opaque_sets::{OpaqueSets, Scene};
 use crate::{PipelineError, PreparedFrame, Registry, Settings, World};
@@ -201,10 +201,13 @@ impl SunView {
             &self.scene_depth,
         );
         let pages: Vec<Vec<SplatInput>> = self.sets.iter().map(|set| splat_inputs(&set.gpu)).collect();
+        let is_in_front = is_water_in_front(frame, world, geometry);
         let splats = |look: Look| -> Vec<SplatSet> {
             let of_look =
                 self.sets.iter().zip(&frame.sets).zip(&pages).filter(|((_, set), _)| set.look == look);
-            of_look.map(|((seen, _), pages)| splat_set(pages, world, seen.selector.selection())).collect()
+            of_look
+                .map(|((seen, _), pages)| splat_set(pages, world, seen.selector.selection(), is_in_front))
+                .collect()
         };
         for look in OPAQUE_LOOKS {
             // The sun asks what is there, not what colour it has.

@@ -1,11 +1,12 @@
 use meniscus_gpu::role::{
-    EyeDistance, FilterStep, FrontSphere, ReducedSurface, ReducedThickness, Scratch, Thickness, ViewNormal,
+    EyeDistance, FarthestDistance, FilterStep, FrontSphere, ReducedSurface, ReducedThickness, Scratch,
+    Thickness, ViewNormal,
 };
 use meniscus_gpu::{Buffer, Gpu, GpuError, Image, Texture};
 
 use crate::SsfrParams;
 use crate::filter::scratch_len;
-use crate::passes::{STRIP_WORDS, tile_count};
+use crate::passes::{STRIP_WORDS, tiles};
 
 /// What the surface stage makes, and the room it needs to make it. Made once per picture size.
 #[derive(Debug)]
@@ -24,8 +25,8 @@ pub struct SurfaceImages {
     /// Large splats, cut into strips; `shaders/ssfr/strips.inc.wgsl`.
     pub(crate) strips: Buffer<Scratch>,
     pub(crate) steps: [Texture<FilterStep>; 2],
-    /// Farthest distance per tile; `shaders/ssfr/farthest.wgsl`.
-    pub(crate) farthest: Buffer<Scratch>,
+    /// Farthest distance per tile, and per tile of those; `shaders/ssfr/farthest.wgsl`.
+    pub(crate) farthest: [Texture<FarthestDistance>; 2],
     /// The pixels that show fluid; `shaders/common/covered.inc.wgsl`.
     pub covered: Buffer<Scratch>,
     pub(crate) reduced: ReducedImages,
@@ -51,6 +52,7 @@ impl SurfaceImages {
     /// # Errors
     /// [`GpuError::TooLarge`] beyond the device's limits.
     pub fn new(gpu: &Gpu, size: [u32; 2], params: &SsfrParams) -> Result<Self, GpuError> {
+        let [tiles, large_tiles] = tiles(size);
         Ok(Self {
             distance: Texture::new(gpu, size)?,
             thickness: Texture::new(gpu, size)?,
@@ -60,7 +62,7 @@ impl SurfaceImages {
             radius: Buffer::new(gpu, scratch_len(size))?,
             strips: Buffer::new(gpu, STRIP_WORDS)?,
             steps: [Texture::new(gpu, size)?, Texture::new(gpu, size)?],
-            farthest: Buffer::new(gpu, tile_count(size))?,
+            farthest: [Texture::new(gpu, tiles)?, Texture::new(gpu, large_tiles)?],
             covered: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
             reduced: ReducedImages::new(gpu, size, params.thickness.scale)?,
         })

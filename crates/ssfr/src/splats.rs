@@ -59,6 +59,9 @@ pub struct SplatSet<'a> {
     pub radii: Radii,
     /// Whether every particle that counts in the thickness has the set's radius and volume.
     pub is_uniform_mass: bool,
+    /// Whether nothing opaque cuts any of them: what of them lies behind the scene, as the lower rim of spheres on a floor may,
+    /// counts in the thickness.
+    pub is_in_front: bool,
     /// Half size in pixels that none of them exceeds in the picture; infinite where that is not known.
     pub most_half_px: f32,
 }
@@ -125,6 +128,8 @@ pub(crate) struct Common {
     pub(crate) spacing_per_radius: f32,
     /// Most that a half-axis of an ellipsoid is of the radius.
     pub(crate) longest_axis: f32,
+    /// Whether nothing opaque cuts any of the sets.
+    pub(crate) is_in_front: bool,
 }
 
 impl Common {
@@ -140,6 +145,7 @@ impl Common {
             visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
             longest_axis: anisotropy.longest_axis(),
+            is_in_front: sets.iter().all(|set| set.is_in_front),
         }
     }
 }

@@ -23,9 +23,9 @@ impl Ssfr {
         params.validate()?;
         Ok(Self {
             params: params.clone(),
-            surface: SurfacePasses::new(gpu, &params.anisotropy)?,
-            thickness: ThicknessPasses::new(gpu)?,
-            normal: NormalPass::new(gpu)?,
+            surface: SurfacePasses::new(gpu, &params.anisotropy),
+            thickness: ThicknessPasses::new(gpu),
+            normal: NormalPass::new(gpu),
             filter: filters.create(gpu, &params.filter)?,
         })
     }
@@ -44,7 +44,7 @@ impl Ssfr {
         if params.filter != self.params.filter {
             self.filter = filters.create(gpu, &params.filter)?;
         }
-        self.surface.fit(gpu, &params.anisotropy)?;
+        self.surface.fit(gpu, &params.anisotropy);
         self.params = params.clone();
         Ok(())
     }

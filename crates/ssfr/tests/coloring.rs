@@ -35,6 +35,7 @@ fn color(gpu: &Gpu, scene: &Scene, values: &[f32], scale: ScaleUniform) -> (Vec<
         volume_world: scene.spacing.powi(3),
         radii: scene.radii,
         is_uniform_mass: true,
+        is_in_front: false,
         most_half_px: f32::INFINITY,
     };
     let values = [Buffer::<AttributeValues>::from_slice(gpu, values).unwrap()];

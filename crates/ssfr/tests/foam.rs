@@ -33,6 +33,7 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
         volume_world: scene.spacing.powi(3),
         radii: scene.radii,
         is_uniform_mass: true,
+        is_in_front: false,
         most_half_px: f32::INFINITY,
     };
     let scene_distance = Texture::<SceneDistance>::new(gpu, scene.size).unwrap();
@@ -42,7 +43,7 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
     let buffers = drops.split_at(drops.len() / 3);
     let buffers = [buffers.0, buffers.1].map(|page| Buffer::<FoamDrops>::from_slice(gpu, page).unwrap());
     let pages = [0, 1].map(|page| (&buffers[page], uniform(scene, buffers[page].len(), widening)));
-    let splats = FoamSplats::new(gpu).unwrap();
+    let splats = FoamSplats::new(gpu);
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     let camera = recorder.uniform(&scene.uniform());
     stage.record(&mut recorder, gpu, &camera, &[set], &scene_distance, &images);

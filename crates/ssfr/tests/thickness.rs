@@ -5,7 +5,7 @@ mod common;
 use common::{Scene, gpu, is_fluid, parallel, params, perspective};
 use meniscus_cases::lattice;
 use meniscus_core::Projection;
-use meniscus_gpu::role::NO_SURFACE;
+use meniscus_gpu::role::{NO_SURFACE, StandIn};
 use meniscus_ssfr::{Radii, twin};
 
 fn mean(values: impl Iterator<Item = f32>) -> f64 {
@@ -71,6 +71,32 @@ fn sets_of_small_splats_are_drawn_as_all_others() {
             assert_eq!(known.thickness, expected.thickness, "{radii:?}, {half_px} px");
             assert_eq!(known.unfiltered, expected.unfiltered, "{radii:?}, {half_px} px");
         }
+    }
+}
+
+/// Whoever says that nothing cuts a set gets the same sums, where that is so, and all of it, where it is not.
+#[test]
+fn water_that_nothing_cuts_is_summed_without_the_scene() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -1.0, -6.0], [20, 20, 20], 0.1, 0.4, 1);
+    // Spheres of 1.5 spacings and eight particles, as halves.
+    let stand_in = |&center_world| StandIn { center_world, packed: 0x3e00 << 16 | 0x4800 };
+    let stand_ins: Vec<StandIn> = body.positions.iter().step_by(7).map(stand_in).collect();
+    for (side, half_px) in [(96, 1.5), (96, f32::INFINITY), (400, f32::INFINITY)] {
+        let open = Scene::new(parallel(0.0, 4.0), [side, side], &body.positions, 0.0625, 0.1);
+        let open = Scene { most_half_px: half_px, stand_ins: stand_ins.clone(), ..open };
+        // Through the middle of the water.
+        let cut = Scene { scene_distance: vec![5.0; open.scene_distance.len()], ..open.clone() };
+        let thickness = |scene: &Scene, is_in_front| {
+            let scene = Scene { is_in_front, ..scene.clone() };
+            scene.render(&gpu, &params("none", 2, 1.0)).thickness
+        };
+        let whole = thickness(&open, false);
+        assert_eq!(thickness(&open, true), whole, "{side}, {half_px}");
+        let middle = whole.len() / 2 + side as usize / 2;
+        let [all, rest] = [true, false].map(|is_in_front| thickness(&cut, is_in_front)[middle]);
+        assert_eq!(all, whole[middle], "{side}, {half_px}");
+        assert!((0.4..0.6).contains(&(rest / all)), "{side}, {half_px}: {rest} of {all}");
     }
 }
 

@@ -68,6 +68,36 @@ fn a_box_is_as_thick_as_it_is_deep_whatever_the_radius() {
     }
 }
 
+/// Seen from above: a floor that the water stands on takes nothing of it, one within it all that is below.
+#[test]
+fn a_floor_cuts_off_what_is_below_it() {
+    let folder = tempfile::tempdir().unwrap();
+    let file = folder.path().join("scene.toml");
+    let mean = |floor: Option<bool>, height: Option<f32>, radius: f32| {
+        let mut settings = settings(1.0);
+        settings.scene.floor = floor;
+        if let Some(height) = height {
+            std::fs::write(&file, format!("[floor]\nheight = {height}\n")).unwrap();
+            settings.scene.file = Some(file.clone());
+        }
+        let mut studio = Studio::new(body().positions, space(SPACING, radius), settings).expect("a studio");
+        let camera = studio.parallel(Vec3::new(0.0, 1e-3, -1.0), HEIGHT);
+        let shot = studio.shoot(&camera, SMALL_SPLATS).expect("a picture");
+        let middle = |y: usize| &shot.thickness[y * shot.size[0] as usize..][140..180];
+        let values: Vec<f64> = (80..100).flat_map(middle).map(|&t| f64::from(t)).collect();
+        values.iter().sum::<f64>() / values.len() as f64
+    };
+    for radius in [0.625 * SPACING, SPACING] {
+        let whole = mean(Some(false), None, radius);
+        // 14.2 of algorithms.md: one percent.
+        assert!((whole / 0.8 - 1.0).abs() < 0.01, "{whole}");
+        assert_eq!(mean(Some(true), None, radius), whole);
+        let cut = mean(None, Some(0.3), radius);
+        // What is cut is counted per sphere, here and there by their share: a percent of the whole.
+        assert!((cut - 0.5).abs() < 0.008, "{cut}");
+    }
+}
+
 #[test]
 fn a_thinned_box_keeps_its_depth() {
     let body = body();

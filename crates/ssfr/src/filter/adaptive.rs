@@ -100,8 +100,8 @@ impl Adaptive {
         params.validate()?;
         Ok(Self {
             params,
-            measure: counted_pipeline(gpu, shader!("ssfr/adaptive_measure"), &[], TAPS)?,
-            blend: pipeline(gpu, shader!("ssfr/adaptive_blend"))?,
+            measure: counted_pipeline(gpu, shader!("ssfr/adaptive_measure"), &[], TAPS),
+            blend: pipeline(gpu, shader!("ssfr/adaptive_blend")),
             smoothing: Smoothing::new(gpu, Rule::Adaptive)?,
         })
     }

@@ -91,9 +91,9 @@ impl CurvatureFlow {
         let last = Definition { name: "LAST", value: 1 };
         Ok(Self {
             params,
-            key: pipeline(gpu, shader!("ssfr/smooth_key"))?,
-            step: counted_pipeline(gpu, shader!("ssfr/curvature_flow"), &[], TAPS)?,
-            last: counted_pipeline(gpu, shader!("ssfr/curvature_flow"), &[last], TAPS)?,
+            key: pipeline(gpu, shader!("ssfr/smooth_key")),
+            step: counted_pipeline(gpu, shader!("ssfr/curvature_flow"), &[], TAPS),
+            last: counted_pipeline(gpu, shader!("ssfr/curvature_flow"), &[last], TAPS),
         })
     }
 }

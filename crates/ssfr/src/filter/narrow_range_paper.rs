@@ -71,9 +71,9 @@ impl NarrowRangePaper {
         let square = Definition { name: "SQUARE", value: 1 };
         Ok(Self {
             params,
-            distance: pipeline_with(gpu, shader!("ssfr/smooth_key"), &[paper])?,
-            along: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[], TAPS)?,
-            square: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[square], TAPS)?,
+            distance: pipeline_with(gpu, shader!("ssfr/smooth_key"), &[paper]),
+            along: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[], TAPS),
+            square: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[square], TAPS),
         })
     }
 }

@@ -18,7 +18,7 @@ impl NoFilter {
     /// # Errors
     /// [`GpuError::Shader`] when the driver does not take it.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self { copy: pipeline(gpu, shader!("ssfr/copy"))? })
+        Ok(Self { copy: pipeline(gpu, shader!("ssfr/copy")) })
     }
 }
 

@@ -153,9 +153,9 @@ impl Smoothing {
         let definitions = rule.definitions();
         Ok(Self {
             rule,
-            key: pipeline(gpu, shader!("ssfr/smooth_key"))?,
-            along: counted_pipeline(gpu, shader!("ssfr/smooth_along"), definitions, TAPS)?,
-            square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), definitions, TAPS)?,
+            key: pipeline(gpu, shader!("ssfr/smooth_key")),
+            along: counted_pipeline(gpu, shader!("ssfr/smooth_along"), definitions, TAPS),
+            square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), definitions, TAPS),
         })
     }
 

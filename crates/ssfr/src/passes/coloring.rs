@@ -62,9 +62,9 @@ impl Coloring {
     pub fn new(gpu: &Gpu, size: [u32; 2], table: &[[f32; 4]]) -> Result<Self, GpuError> {
         assert!(!table.is_empty(), "a colour scale without colours");
         Ok(Self {
-            splat: pipeline(gpu, shader!("ssfr/coloring"))?,
-            strips: pipeline_with(gpu, shader!("ssfr/coloring"), &[Definition { name: "STRIPS", value: 1 }])?,
-            resolve: pipeline(gpu, shader!("ssfr/coloring_resolve"))?,
+            splat: pipeline(gpu, shader!("ssfr/coloring")),
+            strips: pipeline_with(gpu, shader!("ssfr/coloring"), &[Definition { name: "STRIPS", value: 1 }]),
+            resolve: pipeline(gpu, shader!("ssfr/coloring_resolve")),
             table: Buffer::from_slice(gpu, table)?,
             sums: Image::new(gpu, [2 * size[0], size[1]])?,
         })

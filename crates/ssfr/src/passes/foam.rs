@@ -1,8 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{FoamDrops, FoamLayers, SceneDistance};
 use meniscus_gpu::{
-    Binding, Buffer, ComputePipeline, Dispatch, Gpu, GpuError, HostField, HostStruct, Image, Recorder,
-    Texture, shader,
+    Binding, Buffer, ComputePipeline, Dispatch, Gpu, HostField, HostStruct, Image, Recorder, Texture, shader,
 };
 
 use super::pipeline;
@@ -36,11 +35,8 @@ pub struct FoamSplats {
 
 impl FoamSplats {
     /// Compiles the pass.
-    ///
-    /// # Errors
-    /// [`GpuError`]: the shader does not compile.
-    pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self { splat: pipeline(gpu, shader!("ssfr/foam"))? })
+    pub fn new(gpu: &Gpu) -> Self {
+        Self { splat: pipeline(gpu, shader!("ssfr/foam")) }
     }
 
     /// Writes the layers of every pixel, around the smoothed surface in `images` and up to the opaque scene. `pages`: drops and

@@ -9,12 +9,12 @@ mod shape;
 mod surface;
 mod thickness;
 
-use meniscus_gpu::{ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, Shader, shader};
+use meniscus_gpu::{ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, Shader, shader};
 
 pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
 pub use foam::{FoamSplats, FoamUniform};
 pub(crate) use normal::NormalPass;
-pub(crate) use occlusion::tile_count;
+pub(crate) use occlusion::tiles;
 pub(crate) use pages::STRIP_WORDS;
 pub use shape::{ShapePage, ShapePasses, ShapeWork};
 pub(crate) use surface::SurfacePasses;
@@ -34,15 +34,11 @@ pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "ssfr/adaptive"),
 ];
 
-pub(crate) fn pipeline(gpu: &Gpu, shader: Shader) -> Result<ComputePipeline, GpuError> {
+pub(crate) fn pipeline(gpu: &Gpu, shader: Shader) -> ComputePipeline {
     pipeline_with(gpu, shader, &[])
 }
 
-pub(crate) fn pipeline_with(
-    gpu: &Gpu,
-    shader: Shader,
-    definitions: &[Definition],
-) -> Result<ComputePipeline, GpuError> {
+pub(crate) fn pipeline_with(gpu: &Gpu, shader: Shader, definitions: &[Definition]) -> ComputePipeline {
     compile(gpu, shader, definitions, None)
 }
 
@@ -52,7 +48,7 @@ pub(crate) fn counted_pipeline(
     shader: Shader,
     definitions: &[Definition],
     counts: &'static str,
-) -> Result<ComputePipeline, GpuError> {
+) -> ComputePipeline {
     compile(gpu, shader, definitions, Some(counts))
 }
 
@@ -61,12 +57,12 @@ fn compile(
     shader: Shader,
     definitions: &[Definition],
     counts: Option<&'static str>,
-) -> Result<ComputePipeline, GpuError> {
+) -> ComputePipeline {
     let mut definitions = definitions.to_vec();
     if !gpu.summary().is_software() {
         definitions.push(Definition { name: "HARDWARE", value: 1 });
     }
-    gpu.compute_pipeline(&ComputePipelineDescriptor {
+    gpu.compute_variant(&ComputePipelineDescriptor {
         includes: INCLUDES,
         definitions: &definitions,
         counts,

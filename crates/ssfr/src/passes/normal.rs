@@ -1,4 +1,4 @@
-use meniscus_gpu::{Binding, ComputePipeline, Gpu, GpuError, Recorder, covered, shader};
+use meniscus_gpu::{Binding, ComputePipeline, Gpu, Recorder, covered, shader};
 
 use super::pipeline;
 use crate::SurfaceImages;
@@ -9,8 +9,8 @@ pub(crate) struct NormalPass {
 }
 
 impl NormalPass {
-    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        Ok(Self { normal: pipeline(gpu, shader!("ssfr/normal"))? })
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        Self { normal: pipeline(gpu, shader!("ssfr/normal")) }
     }
 
     pub(crate) fn record(

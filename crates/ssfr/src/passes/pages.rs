@@ -2,7 +2,7 @@
 
 use meniscus_gpu::role::Scratch;
 use meniscus_gpu::{
-    Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, RangeList, Recorder, Shader,
+    Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, RangeList, Recorder, Shader,
 };
 
 use super::counted_pipeline;
@@ -17,17 +17,12 @@ pub(super) struct SplatPipelines {
 
 impl SplatPipelines {
     /// With `definitions`; `counts` names the counter of the pixels it visits.
-    pub(super) fn new(
-        gpu: &Gpu,
-        shader: Shader,
-        definitions: &[Definition],
-        counts: &'static str,
-    ) -> Result<Self, GpuError> {
+    pub(super) fn new(gpu: &Gpu, shader: Shader, definitions: &[Definition], counts: &'static str) -> Self {
         let uniform = [definitions, &[Definition { name: "UNIFORM", value: 1 }]].concat();
-        Ok(Self {
-            uniform: counted_pipeline(gpu, shader, &uniform, counts)?,
-            general: counted_pipeline(gpu, shader, definitions, counts)?,
-        })
+        Self {
+            uniform: counted_pipeline(gpu, shader, &uniform, counts),
+            general: counted_pipeline(gpu, shader, definitions, counts),
+        }
     }
 
     pub(super) fn of(&self, is_uniform: bool) -> &ComputePipeline {

@@ -53,17 +53,17 @@ const CELL_WORDS: usize = 3;
 const RUN: u64 = 16;
 
 impl ShapePasses {
-    /// Compiles the passes.
+    /// Makes the passes and room for small sets.
     ///
     /// # Errors
-    /// A shader that the driver does not take.
+    /// The GPU's memory is full.
     pub fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let scatter = Definition { name: "SCATTER", value: 1 };
         Ok(Self {
-            count: pipeline(gpu, shader!("ssfr/shape_grid"))?,
-            room: pipeline(gpu, shader!("ssfr/shape_room"))?,
-            scatter: pipeline_with(gpu, shader!("ssfr/shape_grid"), &[scatter])?,
-            shape: pipeline(gpu, shader!("ssfr/shape"))?,
+            count: pipeline(gpu, shader!("ssfr/shape_grid")),
+            room: pipeline(gpu, shader!("ssfr/shape_room")),
+            scatter: pipeline_with(gpu, shader!("ssfr/shape_grid"), &[scatter]),
+            shape: pipeline(gpu, shader!("ssfr/shape")),
             cells: Buffer::new(gpu, CELL_WORDS)?,
             taken: Buffer::new(gpu, 1)?,
             by_cell: Texture::new(gpu, [ROW, 1])?,

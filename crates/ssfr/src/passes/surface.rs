@@ -1,8 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::SceneDistance;
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, Recorder, Texture,
-    shader,
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, Texture, shader,
 };
 
 use super::occlusion::OcclusionPasses;
@@ -50,44 +49,43 @@ struct SplatPasses {
 }
 
 impl SplatPasses {
-    fn new(gpu: &Gpu, definitions: &[Definition]) -> Result<Self, GpuError> {
+    fn new(gpu: &Gpu, definitions: &[Definition]) -> Self {
         let with = |name| [definitions, &[Definition { name, value: 1 }]].concat();
         let (tested, strips) = (with("TESTED"), with("STRIPS"));
-        Ok(Self {
-            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), definitions, COUNTER)?,
-            tested_depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), &tested, COUNTER)?,
-            depth_strips: counted_pipeline(gpu, shader!("ssfr/depth"), &strips, COUNTER)?,
-            radius: pipeline_with(gpu, shader!("ssfr/radius"), definitions)?,
-            radius_strips: pipeline_with(gpu, shader!("ssfr/radius"), &strips)?,
-        })
+        Self {
+            depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), definitions, COUNTER),
+            tested_depth: SplatPipelines::new(gpu, shader!("ssfr/depth"), &tested, COUNTER),
+            depth_strips: counted_pipeline(gpu, shader!("ssfr/depth"), &strips, COUNTER),
+            radius: pipeline_with(gpu, shader!("ssfr/radius"), definitions),
+            radius_strips: pipeline_with(gpu, shader!("ssfr/radius"), &strips),
+        }
     }
 }
 
 impl SurfacePasses {
-    pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Self {
         let small = |definitions: &[Definition]| {
             let definitions = [definitions, &[Definition { name: "SMALL", value: 1 }]].concat();
             SplatPipelines::new(gpu, shader!("ssfr/depth"), &definitions, COUNTER)
         };
         let mut passes = Self {
-            limit: pipeline(gpu, shader!("ssfr/limit"))?,
-            spheres: SplatPasses::new(gpu, &[])?,
-            small: [small(&[])?, small(&[Definition { name: "TESTED", value: 1 }])?],
+            limit: pipeline(gpu, shader!("ssfr/limit")),
+            spheres: SplatPasses::new(gpu, &[]),
+            small: [small(&[]), small(&[Definition { name: "TESTED", value: 1 }])],
             shaped: None,
-            occlusion: OcclusionPasses::new(gpu)?,
-            surface: pipeline(gpu, shader!("ssfr/surface"))?,
+            occlusion: OcclusionPasses::new(gpu),
+            surface: pipeline(gpu, shader!("ssfr/surface")),
         };
-        passes.fit(gpu, params)?;
-        Ok(passes)
+        passes.fit(gpu, params);
+        passes
     }
 
-    /// Compiles what `params` need and lets go of what they do not.
-    pub(crate) fn fit(&mut self, gpu: &Gpu, params: &AnisotropyParams) -> Result<(), GpuError> {
+    /// Makes what `params` need and lets go of what they do not.
+    pub(crate) fn fit(&mut self, gpu: &Gpu, params: &AnisotropyParams) {
         if params.is_on() != self.shaped.is_some() {
             let shaped = Definition { name: "SHAPED", value: 1 };
-            self.shaped = params.is_on().then(|| SplatPasses::new(gpu, &[shaped])).transpose()?;
+            self.shaped = params.is_on().then(|| SplatPasses::new(gpu, &[shaped]));
         }
-        Ok(())
     }
 
     /// The passes for a page, and what they bind of its shapes.
@@ -132,11 +130,11 @@ impl SurfacePasses {
         };
         for (list, small) in [List::Front, List::Visible].into_iter().zip(&self.small) {
             if list == List::Visible {
-                self.occlusion.record(recorder, gpu, sets, images);
+                self.occlusion.record(recorder, gpu, camera, sets, images);
             }
             each_page(recorder, sets, common, list, |recorder, page| {
                 let (passes, shapes) = self.of(&page);
-                let of_whole = (list == List::Visible).then(|| ("farthest", images.farthest.bind()));
+                let of_whole = (list == List::Visible).then(|| ("farthest", images.farthest[0].bind()));
                 let mut bindings = bindings(&page);
                 if shapes.is_none() && are_small(gpu, page.most_half_px) {
                     bindings.extend(of_whole.into_iter().chain([("ranges", page.ranges)]));

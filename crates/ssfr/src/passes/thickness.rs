@@ -1,8 +1,8 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::SceneDistance;
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, Recorder, Texture,
-    covered, shader,
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, Texture, covered,
+    shader,
 };
 
 use super::pages::{List, PageDrawing, SplatPipelines, each_page};
@@ -45,37 +45,53 @@ const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 
 /// Length of fluid along the ray: summed at reduced size, smoothed, brought back to full size.
 pub(crate) struct ThicknessPasses {
-    prepare: ComputePipeline,
-    thickness: SplatPipelines,
-    points: SplatPipelines,
-    thickness_strips: ComputePipeline,
-    stand_ins: ComputePipeline,
-    stand_in_strips: ComputePipeline,
+    /// Where the scene may cut sets off, and where it does not.
+    sums: [SumPasses; 2],
     resolve: ComputePipeline,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
     upsample: ComputePipeline,
 }
 
+/// The passes that know of the opaque scene.
+struct SumPasses {
+    prepare: ComputePipeline,
+    thickness: SplatPipelines,
+    points: SplatPipelines,
+    thickness_strips: ComputePipeline,
+    stand_ins: ComputePipeline,
+    stand_in_strips: ComputePipeline,
+}
+
+impl SumPasses {
+    fn new(gpu: &Gpu, definitions: &[Definition]) -> Self {
+        let with = |names: &[&'static str]| {
+            let added = names.iter().map(|&name| Definition { name, value: 1 });
+            definitions.iter().copied().chain(added).collect::<Vec<_>>()
+        };
+        let splats = |names| counted_pipeline(gpu, shader!("ssfr/thickness"), &with(names), COUNTER);
+        let both = |names| SplatPipelines::new(gpu, shader!("ssfr/thickness"), &with(names), COUNTER);
+        Self {
+            prepare: pipeline_with(gpu, shader!("ssfr/thickness_prepare"), definitions),
+            thickness: both(&[]),
+            points: both(&["POINTS"]),
+            thickness_strips: splats(&["STRIPS"]),
+            stand_ins: splats(&["STAND_IN"]),
+            stand_in_strips: splats(&["STAND_IN", "STRIPS"]),
+        }
+    }
+}
+
 impl ThicknessPasses {
-    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
-        let columns = Definition { name: "COLUMNS", value: 1 };
-        let stand_in = Definition { name: "STAND_IN", value: 1 };
-        let points = Definition { name: "POINTS", value: 1 };
-        let strips = Definition { name: "STRIPS", value: 1 };
-        let splats = |definitions| counted_pipeline(gpu, shader!("ssfr/thickness"), definitions, COUNTER);
-        Ok(Self {
-            prepare: pipeline(gpu, shader!("ssfr/thickness_prepare"))?,
-            thickness: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[], COUNTER)?,
-            points: SplatPipelines::new(gpu, shader!("ssfr/thickness"), &[points], COUNTER)?,
-            thickness_strips: splats(&[strips])?,
-            stand_ins: splats(&[stand_in])?,
-            stand_in_strips: splats(&[stand_in, strips])?,
-            resolve: pipeline(gpu, shader!("ssfr/thickness_resolve"))?,
-            smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth"))?,
-            smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[columns])?,
-            upsample: pipeline(gpu, shader!("ssfr/thickness_upsample"))?,
-        })
+    pub(crate) fn new(gpu: &Gpu) -> Self {
+        let one = |name| [Definition { name, value: 1 }];
+        Self {
+            sums: [SumPasses::new(gpu, &[]), SumPasses::new(gpu, &one("IN_FRONT"))],
+            resolve: pipeline(gpu, shader!("ssfr/thickness_resolve")),
+            smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth")),
+            smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &one("COLUMNS")),
+            upsample: pipeline(gpu, shader!("ssfr/thickness_upsample")),
+        }
     }
 
     #[expect(clippy::too_many_arguments, reason = "inputs and outputs of six passes, each used once")]
@@ -102,42 +118,40 @@ impl ThicknessPasses {
         };
         let thickness = recorder.uniform(&uniform);
         let pixels = Dispatch::Pixels(reduced.size);
-        recorder.compute(
-            gpu,
-            "ssfr.thickness_prepare",
-            &self.prepare,
-            &[
-                ("camera", camera.clone()),
-                ("thickness", thickness.clone()),
-                ("scene_distance", scene_distance.bind()),
-                ("front", images.front.bind()),
-                ("reduced", reduced.surface.bind()),
-                ("limit", reduced.limit.bind()),
-                ("sum", reduced.sum.bind()),
-            ],
-            pixels,
-        );
+        let passes = &self.sums[usize::from(common.is_in_front)];
+        let limit = (!common.is_in_front).then(|| ("limit", reduced.limit.bind()));
+        let mut bindings = vec![
+            ("camera", camera.clone()),
+            ("thickness", thickness.clone()),
+            ("front", images.front.bind()),
+            ("reduced", reduced.surface.bind()),
+            ("sum", reduced.sum.bind()),
+        ];
+        if let Some(limit) = &limit {
+            bindings.extend([("scene_distance", scene_distance.bind()), limit.clone()]);
+        }
+        recorder.compute(gpu, "ssfr.thickness_prepare", &passes.prepare, &bindings, pixels);
         let of_stand_ins = ThicknessUniform { profile_half_px: STAND_IN_PROFILE_HALF_PX, ..uniform };
         let of_stand_ins = recorder.uniform(&of_stand_ins);
         for (list, parameters) in [(List::Mass, &thickness), (List::StandIns, &of_stand_ins)] {
             each_page(recorder, sets, common, list, |recorder, page| {
-                let bindings = vec![
+                let mut bindings = vec![
                     ("camera", camera.clone()),
                     ("splats", page.splats),
                     ("thickness", parameters.clone()),
                     ("particles", page.particles),
-                    ("limit", reduced.limit.bind()),
                     ("sum", reduced.sum.bind()),
                 ];
+                bindings.extend(limit.clone());
                 if list == List::Mass && page.most_half_px < uniform.profile_half_px * reduced.scale as f32 {
-                    let whole = self.points.of(page.is_uniform);
+                    let whole = passes.points.of(page.is_uniform);
                     let bindings = [bindings, vec![("ranges", page.ranges)]].concat();
                     recorder.compute(gpu, "ssfr.thickness", whole, &bindings, page.groups);
                     return;
                 }
                 let (whole, strips) = match list {
-                    List::StandIns => (&self.stand_ins, &self.stand_in_strips),
-                    _ => (self.thickness.of(page.is_uniform), &self.thickness_strips),
+                    List::StandIns => (&passes.stand_ins, &passes.stand_in_strips),
+                    _ => (passes.thickness.of(page.is_uniform), &passes.thickness_strips),
                 };
                 let drawing = PageDrawing { whole, strips, list: &images.strips };
                 drawing.record(recorder, gpu, "ssfr.thickness", bindings, None, (page.ranges, page.groups));

@@ -28,6 +28,7 @@ pub struct Scene {
     pub spacing: f32,
     pub radii: Radii,
     pub most_half_px: f32,
+    pub is_in_front: bool,
     /// Shapes of all particles; none: spheres.
     pub shapes: Option<AnisotropyParams>,
     /// Ranges that are drawn where `ranges` do not hide them.
@@ -55,6 +56,7 @@ impl Scene {
             radius,
             spacing,
             radii: Radii::Equal,
+            is_in_front: false,
             most_half_px: f32::INFINITY,
             shapes: None,
             occludees: Vec::new(),
@@ -118,6 +120,7 @@ pub fn render_together(
             volume_world: scene.spacing.powi(3),
             radii: scene.radii,
             is_uniform_mass: scene.radii == Radii::Equal,
+            is_in_front: scene.is_in_front,
             most_half_px: scene.most_half_px,
         })
         .collect();
