@@ -1,6 +1,7 @@
 // Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
 // stand for groups of particles. STRIPS: of what was left to strips. POINTS: of sets none of which is large enough for its profile to
 // be drawn: software drivers go through what no lane needs. IN_FRONT: of sets that nothing opaque cuts.
+// BOUNDED: where no sum can exceed its bits.
 #import meniscus::camera::Camera
 #import meniscus::particle::{PackedParticle, StandIn}
 #import meniscus::thickness::{Thickness, SATURATED}
@@ -28,9 +29,13 @@ const SPHERE_VOLUME: f32 = 4.18879020;
 
 fn add(pixel: u32, steps: f32) {
     let addend = u32(clamp(steps, 0.0, 1073741824.0));
+#ifdef BOUNDED
+    atomicAdd(&sum[pixel], addend);
+#else
     if addend > 0u && atomicAdd(&sum[pixel], addend) > SATURATED {
         atomicSub(&sum[pixel], addend);
     }
+#endif
 }
 
 // Steps that the splat's volume is worth over the cross-section of a pixel, which is perpendicular to the ray.
@@ -116,24 +121,28 @@ fn dither(position_world: vec3<f32>, packed: u32) -> f32 {
     return f32(h >> 8u) / 16777216.0;
 }
 
+// Adds `steps` of a splat to a block, if there is one; gives the number of blocks.
+fn share(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32 {
+    if any(at < vec2(0)) || any(at > grid.last_px) {
+        return 0u;
+    }
+    let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
+    add(pixel, steps * visible_part(pixel, splat) + fract(noise));
+    return 1u;
+}
+
+// Shares the splat out between the four blocks around its centre. Written out: for a software driver loops are a detour.
 fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32 {
     let corner = clamp(center_px - 0.5, vec2(-2.0), vec2<f32>(grid.last_px) + 1.0);
     let base = floor(corner);
-    let part = corner - base;
+    let at = vec2<i32>(base);
+    let far = corner - base;
+    let near = 1.0 - far;
     let steps = steps_of_volume(grid, splat);
-    var visited = 0u;
-    for (var tap = 0; tap < 4; tap++) {
-        let offset = vec2(tap & 1, tap >> 1u);
-        let at = vec2<i32>(base) + offset;
-        if all(at >= vec2(0)) && all(at <= grid.last_px) {
-            visited++;
-            let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
-            let weights = select(1.0 - part, part, offset == vec2(1));
-            let visible = visible_part(pixel, splat);
-            add(pixel, steps * weights.x * weights.y * visible + fract(noise + 0.25 * f32(tap)));
-        }
-    }
-    return visited;
+    return share(grid, splat, at, steps * near.x * near.y, noise)
+        + share(grid, splat, at + vec2(1, 0), steps * far.x * near.y, noise + 0.25)
+        + share(grid, splat, at + vec2(0, 1), steps * near.x * far.y, noise + 0.5)
+        + share(grid, splat, at + vec2(1, 1), steps * far.x * far.y, noise + 0.75);
 }
 
 fn draw_particle(grid: Grid, origin: Strip, lane: u32) -> u32 {

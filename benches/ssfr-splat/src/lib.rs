@@ -147,6 +147,7 @@ impl Splats {
             is_uniform_mass: true,
             is_in_front: false,
             most_half_px: f32::INFINITY,
+            most_thickness: f64::INFINITY,
         });
     }
 }

@@ -104,6 +104,9 @@ pub struct Selection {
     pub is_uniform_mass: bool,
     /// Half size in pixels that no particle exceeds that counts in the thickness as itself.
     pub most_half_px: f32,
+    /// Thickness that a pixel does not exceed even if all that counts in the thickness is piled up in it, spacings; infinite where
+    /// that is not known.
+    pub most_thickness: f64,
     /// Whether particles have sizes of their own.
     pub has_sizes: bool,
 }
@@ -123,6 +126,7 @@ impl Selection {
             is_uniform_surface: !set.has_sizes,
             is_uniform_mass: !set.has_sizes,
             most_half_px: 0.0,
+            most_thickness: 0.0,
             has_sizes: set.has_sizes,
         }
     }
@@ -133,6 +137,7 @@ impl Selection {
         self.is_uniform_surface &= choice.is_uniform_surface;
         self.is_uniform_mass &= choice.is_uniform_mass;
         self.most_half_px = self.most_half_px.max(choice.most_half_px);
+        self.most_thickness += choice.most_thickness;
         for part in &choice.parts {
             let kept = u64::from(part.surface.count);
             self.counts.kept += kept;
@@ -151,6 +156,7 @@ impl Selection {
             all.is_uniform_surface &= part.is_uniform_surface;
             all.is_uniform_mass &= part.is_uniform_mass;
             all.most_half_px = all.most_half_px.max(part.most_half_px);
+            all.most_thickness += part.most_thickness;
             all.counts.kept += part.counts.kept;
             all.counts.tested += part.counts.tested;
             all.counts.stand_ins += part.counts.stand_ins;
@@ -387,6 +393,7 @@ struct Choice {
     is_uniform_surface: bool,
     is_uniform_mass: bool,
     most_half_px: f32,
+    most_thickness: f64,
 }
 
 impl Choice {
@@ -497,6 +504,7 @@ impl Chooser<'_> {
             is_uniform_surface: is_small || open == KeptRange::KEEP_ALL,
             is_uniform_mass: mass == KeptRange::KEEP_ALL,
             most_half_px: self.most_half_px(candidate, &parts),
+            most_thickness: self.most_thickness(candidate, mass),
             parts,
         }
     }
@@ -528,6 +536,17 @@ impl Chooser<'_> {
             }
         };
         parts.iter().map(of_part).fold(0.0, f32::max)
+    }
+
+    /// Thickness in spacings that a chunk does not exceed in a pixel if all of it is there; `least_keep` is the smallest keep
+    /// probability of what counts as itself. Particles and the stand-ins that replace them have the same volume, thinned ones more.
+    fn most_thickness(&self, candidate: &Candidate, least_keep: u32) -> f64 {
+        if least_keep != KeptRange::KEEP_ALL {
+            return f64::INFINITY;
+        }
+        let side_px = f64::from(self.view.most_half_px(self.viewpoint.spacing_world, candidate.nearest));
+        let volume = f64::from(candidate.chunk.count) * f64::from(candidate.chunk.largest).powi(3);
+        volume * side_px * side_px
     }
 
     fn grown_radius_px(&self, candidate: &Candidate) -> f32 {

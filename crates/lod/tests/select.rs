@@ -231,6 +231,39 @@ fn the_volume_is_that_of_all_whatever_is_kept() {
     assert!(stand_ins > 1000, "{stand_ins} say little");
 }
 
+/// All particles in view piled up in one pixel are no thicker than the selection says, and not much less.
+#[test]
+fn a_pile_of_all_is_as_thick_as_was_said() {
+    let set = chunked(&pool([64, 64, 64], 40));
+    for (nth, camera) in views().iter().enumerate() {
+        let half_extent = camera.half_extent(SIZE);
+        let px_at_one = SIZE[1] as f32 / (2.0 * half_extent.y);
+        let right = camera.forward().cross(camera.up).normalize();
+        let thickness = |particle: &PackedParticle| {
+            let away = Vec3::from(particle.position_world) - camera.eye;
+            let distance = away.dot(camera.forward());
+            // Length along the ray per distance.
+            let (depth, slant) =
+                if camera.is_orthographic() { (1.0, 1.0) } else { (distance, away.length() / distance) };
+            let x = away.dot(right).abs() / depth;
+            let y = away.dot(right.cross(camera.forward())).abs() / depth;
+            let is_seen = distance > camera.near && x <= half_extent.x && y <= half_extent.y;
+            if is_seen { f64::from((px_at_one / depth).powi(2) * slant) } else { 0.0 }
+        };
+        let pile: f64 = set.particles.iter().map(thickness).sum();
+        for threshold in [0.3, 1.0] {
+            let said = choose(&set, camera, &at(threshold)).most_thickness;
+            assert!(pile <= said, "{nth}, {threshold}: {pile} of {said}");
+            // Chunks reach nearer than their particles, and all is taken to lie in a corner: here by a factor of two. Near the
+            // eye by more.
+            assert!(nth > 1 || said < 3.0 * pile, "{nth}, {threshold}: {pile} of {said}");
+        }
+        // What is kept for others may weigh anything.
+        let thinned = choose(&set, camera, &LodParams { policy: Policy::Thesis, ..at(0.3) });
+        assert_eq!(thinned.most_thickness.is_infinite(), !thinned.is_uniform_mass, "{nth}");
+    }
+}
+
 #[test]
 fn larger_errors_give_fewer_and_coarser() {
     let set = chunked(&pool([64, 64, 32], 0));

@@ -3,7 +3,7 @@ use meniscus_core::DEFAULT_RADIUS_PER_SPACING;
 use meniscus_gpu::role::{Occludees, Particles, Shapes, StandIns};
 use meniscus_gpu::{Buffer, HostField, HostStruct, RangeList};
 
-use crate::AnisotropyParams;
+use crate::SsfrParams;
 
 /// One page of particles and what of it is drawn. A workgroup draws one range, so ranges should be short (about a
 /// thousand particles) and hold neighbours; nearest first is fastest.
@@ -64,6 +64,8 @@ pub struct SplatSet<'a> {
     pub is_in_front: bool,
     /// Half size in pixels that none of them exceeds in the picture; infinite where that is not known.
     pub most_half_px: f32,
+    /// Thickness that a pixel does not exceed even if all of the set is piled up in it, spacings; infinite where that is not known.
+    pub most_thickness: f64,
 }
 
 impl SplatSet<'_> {
@@ -105,8 +107,12 @@ pub(crate) fn closing(radius_world: f32, spacing_world: f32) -> f32 {
     (DEFAULT_RADIUS_PER_SPACING as f32 * spacing_world / radius_world).min(1.0)
 }
 
-/// Steps of the fixed-point thickness per spacing of the finest set: sums saturate at two million spacings.
-const STEPS_PER_SPACING: f32 = 1024.0;
+/// Most steps of the fixed-point thickness per spacing of the finest set: sums saturate at two million spacings.
+const MOST_STEPS: f64 = 1024.0;
+/// Fewest, where that leaves room for all sums. Rounding them is left to chance, so that many small ones are right in the mean.
+const LEAST_STEPS: f64 = 128.0;
+/// What sums may reach, of the 32 bits: as much again is room for rounding up and for what stand-ins are off.
+const ROOM: f64 = (1u64 << 31) as f64;
 
 /// Where the radius of the visible splat comes from.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -130,21 +136,32 @@ pub(crate) struct Common {
     pub(crate) longest_axis: f32,
     /// Whether nothing opaque cuts any of the sets.
     pub(crate) is_in_front: bool,
+    /// Whether no sum of the thickness can exceed its 32 bits.
+    pub(crate) is_bounded: bool,
 }
 
 impl Common {
-    pub(crate) fn of(sets: &[SplatSet<'_>], anisotropy: &AnisotropyParams) -> Self {
+    pub(crate) fn of(sets: &[SplatSet<'_>], params: &SsfrParams) -> Self {
         let finest = sets.iter().map(SplatSet::spacing_world).fold(f32::INFINITY, f32::min);
         let visible_radius = match sets {
             [only] if only.radii <= Radii::Fading => VisibleRadius::One(only.radius_world),
             [only] if only.radii == Radii::Grown => VisibleRadius::Graded(only.radius_world),
             _ => VisibleRadius::Found,
         };
+        let samples_per_px = f64::from(params.thickness.scale).powi(-2);
+        let most = |set: &SplatSet<'_>| {
+            set.most_thickness * samples_per_px * f64::from(set.spacing_world() / finest)
+        };
+        let room = ROOM / sets.iter().map(most).sum::<f64>();
+        let is_bounded = room >= LEAST_STEPS;
+        // By factors of two, so that they seldom change.
+        let steps = if is_bounded { room.log2().floor().exp2().min(MOST_STEPS) } else { MOST_STEPS };
         Self {
-            steps_per_world: if finest.is_finite() { STEPS_PER_SPACING / finest } else { 1.0 },
+            steps_per_world: if finest.is_finite() { steps as f32 / finest } else { 1.0 },
             visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
-            longest_axis: anisotropy.longest_axis(),
+            longest_axis: params.anisotropy.longest_axis(),
+            is_bounded,
             is_in_front: sets.iter().all(|set| set.is_in_front),
         }
     }

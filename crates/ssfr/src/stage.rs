@@ -100,7 +100,7 @@ impl Ssfr {
         images: &SurfaceImages,
     ) -> Common {
         assert!(images.fit(scene_distance.size(), &self.params), "surface images of another size or scale");
-        let common = Common::of(sets, &self.params.anisotropy);
+        let common = Common::of(sets, &self.params);
         self.surface.record(recorder, gpu, camera, sets, &common, scene_distance, images);
         common
     }

@@ -200,4 +200,26 @@ fn sums_saturate() {
     // 2^31 steps of 1/1024 of the spacing.
     let saturated = 2f32.powi(31) * 0.1 / 1024.0;
     assert!((most / saturated - 1.0).abs() < 1e-5, "{most} of {saturated}");
+    // Whoever knows how thick it may get is given coarser steps instead; rounded by chance, half a million of them are right.
+    let known = Scene { most_thickness: 9.0 * 500_000.0, ..scene };
+    let frame = known.render(&gpu, &params("none", 1, 0.0));
+    let most = frame.thickness.iter().copied().fold(0.0, f32::max);
+    assert!((most / (4.5e6 * 0.1) - 1.0).abs() < 1e-3, "{most}");
+}
+
+/// Steps that are as coarse as they get, where the sums could not saturate if they were finer, change the thickness by less than a
+/// hundredth of a spacing.
+#[test]
+fn coarse_steps_are_fine_enough() {
+    let gpu = gpu();
+    let body = lattice::cuboid([-1.0, -1.0, -6.0], [20, 20, 2], 0.1, 0.4, 1);
+    for side in [96, 400] {
+        let scene = Scene::new(parallel(0.0, 4.0), [side, side], &body.positions, 0.0625, 0.1);
+        let [fine, coarse] = [f64::INFINITY, 2f64.powi(31 - 7) * 4.0].map(|most_thickness| {
+            Scene { most_thickness, ..scene.clone() }.render(&gpu, &params("none", 2, 1.0)).thickness
+        });
+        assert_ne!(fine, coarse, "{side}");
+        let off = fine.iter().zip(&coarse).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 0.01 * 0.1, "{side}: {off}");
+    }
 }

@@ -8,7 +8,7 @@ use meniscus_gpu::{
 use super::pages::{List, PageDrawing, each_page};
 use super::{pipeline, pipeline_with};
 use crate::splats::Common;
-use crate::{AnisotropyParams, SplatSet, SurfaceImages};
+use crate::{SplatSet, SsfrParams, SurfaceImages};
 
 /// Value of a particle that has none.
 pub const NO_VALUE: f32 = f32::MAX;
@@ -97,7 +97,7 @@ impl Coloring {
         let scale = recorder.uniform(scale);
         for ColoredSet { set, values } in sets {
             assert_eq!(set.pages.len(), values.len(), "pages with values");
-            let common = Common::of(std::slice::from_ref(set), &AnisotropyParams::default());
+            let common = Common::of(std::slice::from_ref(set), &SsfrParams::default());
             for list in [List::Front, List::Visible] {
                 each_page(recorder, std::slice::from_ref(set), &common, list, |recorder, page| {
                     let bindings = vec![

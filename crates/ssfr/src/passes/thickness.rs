@@ -45,15 +45,15 @@ const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 
 /// Length of fluid along the ray: summed at reduced size, smoothed, brought back to full size.
 pub(crate) struct ThicknessPasses {
-    /// Where the scene may cut sets off, and where it does not.
-    sums: [SumPasses; 2],
+    /// Where the scene may cut sets off, and where it does not; of either, where sums may saturate, and where they cannot.
+    sums: [[SumPasses; 2]; 2],
     resolve: ComputePipeline,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
     upsample: ComputePipeline,
 }
 
-/// The passes that know of the opaque scene.
+/// The passes that sum.
 struct SumPasses {
     prepare: ComputePipeline,
     thickness: SplatPipelines,
@@ -84,12 +84,14 @@ impl SumPasses {
 
 impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let one = |name| [Definition { name, value: 1 }];
+        let [in_front, bounded, columns] =
+            ["IN_FRONT", "BOUNDED", "COLUMNS"].map(|name| Definition { name, value: 1 });
+        let sums = |definitions: &[Definition]| SumPasses::new(gpu, definitions);
         Self {
-            sums: [SumPasses::new(gpu, &[]), SumPasses::new(gpu, &one("IN_FRONT"))],
+            sums: [[sums(&[]), sums(&[bounded])], [sums(&[in_front]), sums(&[in_front, bounded])]],
             resolve: pipeline(gpu, shader!("ssfr/thickness_resolve")),
             smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth")),
-            smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &one("COLUMNS")),
+            smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[columns]),
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample")),
         }
     }
@@ -118,7 +120,7 @@ impl ThicknessPasses {
         };
         let thickness = recorder.uniform(&uniform);
         let pixels = Dispatch::Pixels(reduced.size);
-        let passes = &self.sums[usize::from(common.is_in_front)];
+        let passes = &self.sums[usize::from(common.is_in_front)][usize::from(common.is_bounded)];
         let limit = (!common.is_in_front).then(|| ("limit", reduced.limit.bind()));
         let mut bindings = vec![
             ("camera", camera.clone()),

@@ -28,6 +28,7 @@ pub struct Scene {
     pub spacing: f32,
     pub radii: Radii,
     pub most_half_px: f32,
+    pub most_thickness: f64,
     pub is_in_front: bool,
     /// Shapes of all particles; none: spheres.
     pub shapes: Option<AnisotropyParams>,
@@ -58,6 +59,7 @@ impl Scene {
             radii: Radii::Equal,
             is_in_front: false,
             most_half_px: f32::INFINITY,
+            most_thickness: f64::INFINITY,
             shapes: None,
             occludees: Vec::new(),
             stand_ins: Vec::new(),
@@ -122,6 +124,7 @@ pub fn render_together(
             is_uniform_mass: scene.radii == Radii::Equal,
             is_in_front: scene.is_in_front,
             most_half_px: scene.most_half_px,
+            most_thickness: scene.most_thickness,
         })
         .collect();
     let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
