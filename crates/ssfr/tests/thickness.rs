@@ -92,10 +92,12 @@ fn water_that_nothing_cuts_is_summed_without_the_scene() {
             scene.render(&gpu, &params("none", 2, 1.0)).thickness
         };
         let whole = thickness(&open, false);
-        assert_eq!(thickness(&open, true), whole, "{side}, {half_px}");
+        // A hundredth of a spacing: drivers may fuse what is added to a factor of 1, which rounds otherwise.
+        let off = thickness(&open, true).iter().zip(&whole).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off <= 0.001, "{side}, {half_px}: {off}");
         let middle = whole.len() / 2 + side as usize / 2;
         let [all, rest] = [true, false].map(|is_in_front| thickness(&cut, is_in_front)[middle]);
-        assert_eq!(all, whole[middle], "{side}, {half_px}");
+        assert!((all - whole[middle]).abs() <= 0.001, "{side}, {half_px}: {all} of {}", whole[middle]);
         assert!((0.4..0.6).contains(&(rest / all)), "{side}, {half_px}: {rest} of {all}");
     }
 }
