@@ -68,14 +68,17 @@ struct BenchSpread {
 
 const THEIRS: [(&str, &str); 2] = [("VTK, tuned", "tuned"), ("VTK, as it comes", "default")];
 
-/// The bare row has what VTK draws and nothing else: water over a sky, no floor, no shadow, no anti-aliasing.
-const OURS: [(&str, &[&str]); 3] = [
+/// The bare row has what VTK draws and nothing else: water over a sky, no floor, no shadow, no anti-aliasing. Those with VTK's
+/// lighting have its composite, over our floor.
+const OURS: [(&str, &[&str]); 5] = [
     ("meniscus", &[]),
     (
         "meniscus, bare",
         &["--scene", "bare.toml", "--param", "lighting.shadow=0", "--param", "post.anti_aliasing=false"],
     ),
     ("meniscus, --lod 0.3", &["--lod", "0.3"]),
+    ("meniscus, vtk lighting", &["--lighting", "vtk"]),
+    ("meniscus, vtk lighting, --lod 0.3", &["--lighting", "vtk", "--lod", "0.3"]),
 ];
 
 const BARE_SCENE: &str = "[floor]\nvisible = false\n";
