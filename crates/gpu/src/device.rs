@@ -144,9 +144,19 @@ impl Gpu {
     }
 
     /// As [`Self::compute_pipeline`] for a pass of which there are many variants, of which few runs draw all: composed when it is
-    /// first recorded, and only once for all who ask for the same. Should it not compose, it does nothing and [`Self::wait`] tells why; stages test all variants that they have.
+    /// first recorded, and only once for all who ask for the same. Should it not compose, it does nothing and [`Self::wait`] tells
+    /// why; tests of stages call [`Self::compose_variants`].
     pub fn compute_variant(&self, descriptor: &ComputePipelineDescriptor) -> ComputePipeline {
         self.passes.variant(descriptor)
+    }
+
+    /// Composes all variants that were asked for.
+    ///
+    /// # Errors
+    /// The first one that does not.
+    pub fn compose_variants(&self) -> Result<(), GpuError> {
+        self.passes.compose_all();
+        self.take_error()
     }
 
     pub(crate) fn pipeline_cache(&self) -> Option<&wgpu::PipelineCache> {

@@ -99,14 +99,14 @@ impl Composed {
 }
 
 /// What passes are made with.
-#[derive(Clone, Debug)]
+#[derive(Debug)]
 pub(crate) struct PassMaker {
     pub(crate) device: wgpu::Device,
     pub(crate) cache: Option<wgpu::PipelineCache>,
     /// Where it is told what keeps a variant from composing.
     pub(crate) errors: ErrorSink,
     /// The variants that were asked for: stages that draw the same way share them, and so does what replaces a stage.
-    variants: Arc<Mutex<HashMap<VariantKey, Arc<LazyComposed>>>>,
+    variants: Mutex<HashMap<VariantKey, Arc<LazyComposed>>>,
 }
 
 /// The sources of a pass and its includes, by where they lie, and its definitions.
@@ -114,7 +114,7 @@ type VariantKey = (Vec<(usize, usize)>, Vec<Definition>);
 
 impl PassMaker {
     pub(crate) fn new(device: wgpu::Device, cache: Option<wgpu::PipelineCache>, errors: ErrorSink) -> Self {
-        Self { device, cache, errors, variants: Arc::default() }
+        Self { device, cache, errors, variants: Mutex::default() }
     }
 
     /// Composes at once.
@@ -155,6 +155,15 @@ impl PassMaker {
         let composed = Arc::clone(composed);
         drop(variants);
         ComputePipeline { name: descriptor.shader.name, composed, counting: self.counting(descriptor) }
+    }
+
+    /// Composes all variants that were asked for.
+    pub(crate) fn compose_all(&self) {
+        let variants: Vec<_> =
+            self.variants.lock().unwrap_or_else(PoisonError::into_inner).values().cloned().collect();
+        for variant in variants {
+            LazyLock::force(&variant);
+        }
     }
 
     fn counting(

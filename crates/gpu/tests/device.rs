@@ -116,19 +116,30 @@ fn a_wrong_binding_name_is_a_loud_mistake() {
     recorder.compute(&gpu, "test.double", &pipeline, &bindings, Dispatch::Groups(1));
 }
 
+const BROKEN: Shader =
+    Shader { name: "test/broken", source: "@compute @workgroup_size(1) fn main() { let x: u32 = 1.5; }" };
+
 /// Variants are composed when they are recorded: one that cannot be is told then, and the frame goes on without it.
 #[test]
 fn a_variant_that_does_not_compose_is_told_when_it_is_drawn() {
     let gpu = gpu();
-    let broken =
-        Shader { name: "test/broken", source: "@compute @workgroup_size(1) fn main() { let x: u32 = 1.5; }" };
-    let descriptor = ComputePipelineDescriptor::new(broken);
+    let descriptor = ComputePipelineDescriptor::new(BROKEN);
     assert!(gpu.compute_pipeline(&descriptor).is_err());
     let variant = gpu.compute_variant(&descriptor);
     gpu.wait().unwrap();
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);
     recorder.compute(&gpu, "test.broken", &variant, &[], Dispatch::Groups(1));
     let error = gpu.wait().unwrap_err().to_string();
+    assert!(error.contains("test/broken"), "{error}");
+}
+
+#[test]
+fn all_variants_are_composed_on_request() {
+    let gpu = gpu();
+    let _ = gpu.compute_variant(&ComputePipelineDescriptor::new(DOUBLE));
+    gpu.compose_variants().unwrap();
+    let _ = gpu.compute_variant(&ComputePipelineDescriptor::new(BROKEN));
+    let error = gpu.compose_variants().unwrap_err().to_string();
     assert!(error.contains("test/broken"), "{error}");
 }
 
