@@ -131,7 +131,7 @@ fn share(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32
     return 1u;
 }
 
-// Shares the splat out between the four blocks around its centre. Written out: for a software driver loops are a detour.
+// Shares the splat out between the four blocks around its centre.
 fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32 {
     let corner = clamp(center_px - 0.5, vec2(-2.0), vec2<f32>(grid.last_px) + 1.0);
     let base = floor(corner);

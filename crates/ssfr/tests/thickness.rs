@@ -209,8 +209,7 @@ fn sums_saturate() {
     assert!((most / (4.5e6 * 0.1) - 1.0).abs() < 1e-3, "{most}");
 }
 
-/// Steps that are as coarse as they get, where the sums could not saturate if they were finer, change the thickness by less than a
-/// hundredth of a spacing.
+/// The coarsest steps that are taken instead of watching sums change the thickness by less than a hundredth of a spacing.
 #[test]
 fn coarse_steps_are_fine_enough() {
     let gpu = gpu();
