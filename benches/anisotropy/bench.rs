@@ -8,20 +8,20 @@ use bench_views::{GpuTime, Stage, View};
 use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{KeptRange, PackedParticle, Particles, Shapes};
-use meniscus_gpu::{Buffer, Gpu, RangeList, Recorder};
+use meniscus_gpu::{Buffer, Gpu, Page, RangeList, Recorder};
 use meniscus_ssfr::{Anisotropy, AnisotropyParams, ShapePage, ShapePasses, ShapeWork};
 
 /// A view's particles on the GPU, in one page.
-struct Page {
+struct Water {
     passes: ShapePasses,
-    particles: Buffer<Particles>,
+    particles: Page<Particles>,
     shapes: Buffer<Shapes>,
     all: [RangeList; 1],
     bounds: Aabb,
     lengths: (f32, f32),
 }
 
-impl Page {
+impl Water {
     fn new(gpu: &Gpu, view: &View) -> Self {
         let positions = view.ordered_positions();
         let particles: Vec<PackedParticle> =
@@ -40,7 +40,7 @@ impl Page {
         Self {
             passes: ShapePasses::new(gpu).expect("built-in passes"),
             shapes: Buffer::new(gpu, particles.len()).expect("a page of shapes"),
-            particles: Buffer::from_slice(gpu, &particles).expect("a page"),
+            particles: Page::from_slice(gpu, &particles).expect("a page"),
             all: [RangeList::from_slice(gpu, &ranges).expect("its ranges")],
             bounds: Aabb::of_points(&positions),
             lengths: (space.radius as f32, space.spacing as f32),
@@ -75,7 +75,7 @@ fn shapes(criterion: &mut Criterion) {
                 &time,
                 ([pass, &view.name], &[pass]),
                 view.particles,
-                || page.get_or_init(|| RefCell::new(Page::new(time.gpu(), &view))),
+                || page.get_or_init(|| RefCell::new(Water::new(time.gpu(), &view))),
                 |_| Some(bytes(&view)),
                 |page, recorder, gpu| page.borrow_mut().record(recorder, gpu),
             );

@@ -1,7 +1,7 @@
 // Places on a colour scale near the visible surface: per pixel the sums of weights and of weighted places, both in fixed point, so
 // that the order of the particles does not matter. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::PackedParticle
+#import meniscus::page::particle_at
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels}
 #import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #import meniscus::surface::is_empty
@@ -16,7 +16,6 @@ struct ColorScale {
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<uniform> scale: ColorScale;
-@group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(5) var<storage, read> values: array<f32>;
 @group(0) @binding(6) var front: texture_2d<f32>;
 // Weights, then weighted places, of each pixel.
@@ -69,7 +68,7 @@ fn draw(grid: Grid, splat: Splat, at: f32, origin: Strip, lane: u32) {
 
 fn draw_particle(grid: Grid, origin: Strip, lane: u32) {
     let value = values[origin.particle];
-    let splat = splat_of(camera, splats, particles[origin.particle], origin.keep);
+    let splat = splat_of(camera, splats, particle_at(origin.particle), origin.keep);
     if value < NO_VALUE && is_drawn(camera, splat) {
         draw(grid, splat, place(value), origin, lane);
     }

@@ -2,7 +2,7 @@
 // bits may be those of the radius' grade. TESTED: of ranges that are drawn after others, so that most of their spheres are hidden.
 // SHAPED: of ranges some of which are ellipsoids. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::PackedParticle
+#import meniscus::page::particle_at
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, grade_of, graded}
 #import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #import meniscus::tally::count
@@ -12,7 +12,6 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
-@group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(4) var<storage, read_write> nearest: array<atomic<u32>>;
 
 #ifdef SHAPED
@@ -182,7 +181,7 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid, origin: Strip, lane: u32) ->
 #endif
 
 fn draw_particle(grid: Grid, origin: Strip, lane: u32) -> u32 {
-    let particle = particles[origin.particle];
+    let particle = particle_at(origin.particle);
 #ifdef SHAPED
     if origin.shape > 0u {
 #ifdef TESTED

@@ -1,7 +1,7 @@
 // Drawn radius of the splat that is visible in a pixel, of an ellipsoid that of the sphere in its place; the largest where several
 // are equally near. SHAPED: of ranges some of which are ellipsoids. STRIPS: of what was left to strips.
 #import meniscus::camera::Camera
-#import meniscus::particle::PackedParticle
+#import meniscus::page::particle_at
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, is_drawn, surface_pixels, chord_at}
 #import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
 #ifdef SHAPED
@@ -10,7 +10,6 @@
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
-@group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(4) var<storage, read> nearest: array<f32>;
 @group(0) @binding(5) var<storage, read_write> radius: array<atomic<u32>>;
 #ifdef SHAPED
@@ -69,7 +68,7 @@ fn draw_ellipsoid(grid: Grid, ellipsoid: Ellipsoid, origin: Strip, lane: u32) {
 #endif
 
 fn draw_particle(grid: Grid, origin: Strip, lane: u32) {
-    let particle = particles[origin.particle];
+    let particle = particle_at(origin.particle);
 #ifdef SHAPED
     if origin.shape > 0u {
         let ellipsoid = ellipsoid_of(camera, splats, particle, origin.keep, shapes[origin.shape - 1u]);

@@ -1,11 +1,11 @@
 // The ellipsoid that a particle of the shell is drawn as: weighted principal components of its neighbourhood, centre smoothed
 // (main-renderer.md 5.6, algorithms.md 9.1). All lengths in supports, around the particle itself, so that nothing cancels.
-#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::particle::KeptRange
+#import meniscus::page::particle_at
 #import meniscus::shape::{ShapeRule, Cell, Shape, cell_at, cell_index, texel, pack_shape}
 #import meniscus::splat::share_of
 
 @group(0) @binding(0) var<uniform> rule: ShapeRule;
-@group(0) @binding(1) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(2) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(3) var<storage, read> cells: array<Cell>;
 @group(0) @binding(4) var by_cell: texture_2d<f32>;
@@ -175,7 +175,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
     for (var index = share.first; index < ranges[0].first; index += share.step) {
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
-            let center = particles[range.first + i].position_world;
+            let center = particle_at(range.first + i).position_world;
             shapes[range.shape - 1u + i] = pack_shape(shape_of(sums_around(center)));
         }
     }

@@ -1,6 +1,7 @@
 // Sorts particles into the cells of a grid: counts them; with SCATTER, once every cell has room, puts them there. In no particular
 // order within a cell: what is made of them does not depend on it.
-#import meniscus::particle::{PackedParticle, KeptRange}
+#import meniscus::particle::KeptRange
+#import meniscus::page::particle_at
 #import meniscus::shape::{ShapeRule, Cell, stride_of, cell_at, cell_index, texel}
 #import meniscus::splat::{half_to_float, share_of}
 
@@ -11,7 +12,6 @@ struct FillingCell {
 }
 
 @group(0) @binding(0) var<uniform> rule: ShapeRule;
-@group(0) @binding(1) var<storage, read> particles: array<PackedParticle>;
 @group(0) @binding(2) var<storage, read> ranges: array<KeptRange>;
 @group(0) @binding(3) var<storage, read_write> cells: array<FillingCell>;
 #ifdef SCATTER
@@ -27,7 +27,7 @@ fn main(@builtin(workgroup_id) group: vec3<u32>, @builtin(num_workgroups) groups
         let range = ranges[index + 1u];
         for (var i = lane; i < range.count; i += LANES) {
             let place = range.first + i;
-            let particle = particles[place];
+            let particle = particle_at(place);
             let cell = cell_index(rule, cell_at(rule, particle.position_world));
 #ifdef SCATTER
             // Of crowded cells always the same ones, whatever the order.

@@ -1,9 +1,9 @@
 // Sum of the splats' column densities as lengths along the ray, in fixed point (algorithms.md 2.2). STAND_IN: of spheres that
 // stand for groups of particles. STRIPS: of what was left to strips. POINTS: of sets none of which is large enough for its profile to
 // be drawn: software drivers go through what no lane needs. IN_FRONT: of sets that nothing opaque cuts.
-// BOUNDED: where no sum can exceed its bits.
+// BOUNDED: where no sum can exceed its bits. PAIRS: of those, where words of 64 bits hold two sums.
 #import meniscus::camera::Camera
-#import meniscus::particle::{PackedParticle, StandIn}
+#import meniscus::page::{particle_at, stand_in_at}
 #import meniscus::thickness::{Thickness, SATURATED}
 #import meniscus::splat::{SplatSet, Splat, Grid, grid_of, share_of, splat_of, splat_of_stand_in, is_drawn, footprint, chord_at}
 #import meniscus::strips::{Strip, part_of, item_count, item_at, first_of_lane, splat_of_item}
@@ -12,24 +12,30 @@
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> splats: SplatSet;
 @group(0) @binding(2) var<uniform> thickness: Thickness;
-#ifdef STAND_IN
-@group(0) @binding(3) var<storage, read> particles: array<StandIn>;
-#else
-@group(0) @binding(3) var<storage, read> particles: array<PackedParticle>;
-#endif
 #ifndef IN_FRONT
 // Farthest the fluid is seen in a block. A buffer: few lanes of a software driver get here at a time, and it would read a texel
 // for all of them.
 @group(0) @binding(5) var<storage, read> limit: array<f32>;
 #endif
+#ifdef PAIRS
+// Of each block, and beside it in the high bits a part of the next one's: two blocks of a row for one addition.
+@group(0) @binding(6) var<storage, read_write> sum: array<atomic<u64>>;
+#else
 @group(0) @binding(6) var<storage, read_write> sum: array<atomic<u32>>;
+#endif
 
 const LANES: u32 = 64u;
 const SPHERE_VOLUME: f32 = 4.18879020;
 
+fn whole(steps: f32) -> u32 {
+    return u32(clamp(steps, 0.0, 1073741824.0));
+}
+
 fn add(pixel: u32, steps: f32) {
-    let addend = u32(clamp(steps, 0.0, 1073741824.0));
-#ifdef BOUNDED
+    let addend = whole(steps);
+#ifdef PAIRS
+    atomicAdd(&sum[pixel], u64(addend));
+#else ifdef BOUNDED
     atomicAdd(&sum[pixel], addend);
 #else
     if addend > 0u && atomicAdd(&sum[pixel], addend) > SATURATED {
@@ -121,6 +127,30 @@ fn dither(position_world: vec3<f32>, packed: u32) -> f32 {
     return f32(h >> 8u) / 16777216.0;
 }
 
+#ifdef PAIRS
+// What of `steps` of a splat goes to a block, if there is one.
+fn part(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32 {
+    let is_inside = all(at >= vec2(0)) && all(at <= grid.last_px);
+    let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
+    return select(0u, whole(steps * visible_part(pixel, splat) + fract(noise)), is_inside);
+}
+
+// Adds `steps` of a splat to two blocks side by side, as far as there are any; gives their number.
+fn share_pair(grid: Grid, splat: Splat, at: vec2<i32>, steps: vec2<f32>, noise: vec2<f32>) -> u32 {
+    let next = at + vec2(1, 0);
+    let is_left = at.x >= 0;
+    if at.y < 0 || at.y > grid.last_px.y || next.x < 0 || at.x > grid.last_px.x {
+        return 0u;
+    }
+    let first = part(grid, splat, at, steps.x, noise.x);
+    let second = part(grid, splat, next, steps.y, noise.y);
+    let pixel = u32(at.y * (grid.last_px.x + 1) + max(at.x, 0));
+    // At the left border the second one is the block itself.
+    atomicAdd(&sum[pixel], select(u64(second), u64(first) | (u64(second) << 32u), is_left));
+    return select(1u, 2u, is_left && next.x <= grid.last_px.x);
+}
+#endif
+
 // Adds `steps` of a splat to a block, if there is one; gives the number of blocks.
 fn share(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32 {
     if any(at < vec2(0)) || any(at > grid.last_px) {
@@ -139,18 +169,26 @@ fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32
     let far = corner - base;
     let near = 1.0 - far;
     let steps = steps_of_volume(grid, splat);
+#ifdef PAIRS
+    let upper = steps * near.y;
+    let lower = steps * far.y;
+    return share_pair(grid, splat, at, upper * vec2(near.x, far.x), noise + vec2(0.0, 0.25))
+        + share_pair(grid, splat, at + vec2(0, 1), lower * vec2(near.x, far.x), noise + vec2(0.5, 0.75));
+#else
     return share(grid, splat, at, steps * near.x * near.y, noise)
         + share(grid, splat, at + vec2(1, 0), steps * far.x * near.y, noise + 0.25)
         + share(grid, splat, at + vec2(0, 1), steps * near.x * far.y, noise + 0.5)
         + share(grid, splat, at + vec2(1, 1), steps * far.x * far.y, noise + 0.75);
+#endif
 }
 
 fn draw_particle(grid: Grid, origin: Strip, lane: u32) -> u32 {
-    let particle = particles[origin.particle];
 #ifdef STAND_IN
-    let splat = splat_of_stand_in(camera, splats, particle);
-    let noise = dither(particle.center_world, particle.packed);
+    let stand_in = stand_in_at(origin.particle);
+    let splat = splat_of_stand_in(camera, splats, stand_in);
+    let noise = dither(stand_in.center_world, stand_in.packed);
 #else
+    let particle = particle_at(origin.particle);
     let splat = splat_of(camera, splats, particle, origin.keep);
     let noise = dither(particle.position_world, particle.packed);
 #endif

@@ -13,7 +13,11 @@
 #endif
 @group(0) @binding(3) var front: texture_2d<f32>;
 @group(0) @binding(4) var reduced: texture_storage_2d<rgba32float, write>;
+#ifdef PAIRS
+@group(0) @binding(6) var<storage, read_write> sum: array<vec2<u32>>;
+#else
 @group(0) @binding(6) var<storage, read_write> sum: array<u32>;
+#endif
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -61,5 +65,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #ifndef IN_FRONT
     limit[pixel] = farthest;
 #endif
+#ifdef PAIRS
+    sum[pixel] = vec2(0u);
+#else
     sum[pixel] = 0u;
+#endif
 }

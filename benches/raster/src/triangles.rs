@@ -34,7 +34,7 @@ impl TrianglePass {
         let bindings = [
             ("camera", recorder.uniform(&target.camera)),
             ("radius_world", recorder.uniform(&target.radius_world)),
-            ("particles", particles.bind()),
+            ("page", particles.bind()),
         ];
         let depth = Some(target.depth.view());
         recorder.raster(gpu, Self::NAME, &self.0, &bindings, &[], depth, |pass| {

@@ -1,12 +1,11 @@
 // Spheres as triangles, one for each, around its outline: vertices are pulled from the particles, fragments find the distance of the
 // sphere, and the depth buffer keeps the nearest. Pixels are those of the compute pass. For perspective cameras.
 #import meniscus::camera::Camera
-#import meniscus::particle::PackedParticle
+#import meniscus::page::particle_at
 #import meniscus::splat::{Splat, Grid, grid_of, is_drawn, surface_pixels, chord_at}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> radius_world: f32;
-@group(0) @binding(2) var<storage, read> particles: array<PackedParticle>;
 
 struct Corner {
     @builtin(position) place: vec4<f32>,
@@ -25,7 +24,7 @@ const POINT_PX: f32 = 0.25;
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Corner {
     let grid = grid_of(camera, 1u);
-    let p = (camera.view_from_world * vec4(particles[index / 3u].position_world, 1.0)).xyz;
+    let p = (camera.view_from_world * vec4(particle_at(index / 3u).position_world, 1.0)).xyz;
     let sphere = Splat(vec3(p.xy, -p.z), radius_world, 0.0);
     let pixels = surface_pixels(grid, sphere);
     if !is_drawn(camera, sphere) || any(pixels.last < pixels.first) {

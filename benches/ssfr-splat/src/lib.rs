@@ -3,7 +3,7 @@
 use bench_views::View;
 use meniscus_core::Camera;
 use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle, Particles, SceneDistance};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, RangeList, Recorder, Texture};
+use meniscus_gpu::{CameraUniform, Gpu, Page, RangeList, Recorder, Texture};
 use meniscus_ssfr::{
     FilterChoice, FilterRegistry, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
 };
@@ -75,7 +75,7 @@ impl Stage {
 /// [`Spheres`] on the GPU and the images they are drawn to.
 pub struct Splats {
     images: SurfaceImages,
-    pages: Vec<(Buffer<Particles>, RangeList)>,
+    pages: Vec<(Page<Particles>, RangeList)>,
     sky: Texture<SceneDistance>,
     camera: CameraUniform,
     radius_world: f32,
@@ -90,7 +90,7 @@ impl Splats {
     pub fn new(gpu: &Gpu, stage: &Stage, spheres: &Spheres) -> Self {
         let numbered = spheres.positions.iter().enumerate();
         let particles: Vec<_> = numbered.map(|(i, &p)| PackedParticle::new(p, i as u16)).collect();
-        let pages = particles.chunks(gpu.page_elements::<PackedParticle>()).map(|page| {
+        let pages = particles.chunks(Page::<Particles>::most_elements(gpu)).map(|page| {
             let count = page.len() as u32;
             let ranges: Vec<KeptRange> = (0..count)
                 .step_by(RANGE_PARTICLES as usize)
@@ -101,7 +101,7 @@ impl Splats {
                     shape: 0,
                 })
                 .collect();
-            let particles = Buffer::from_slice(gpu, page).expect("a page");
+            let particles = Page::from_slice(gpu, page).expect("a page");
             (particles, RangeList::from_slice(gpu, &ranges).expect("its ranges"))
         });
         let pages = pages.collect();
@@ -124,7 +124,7 @@ impl Splats {
     }
 
     /// The particles, page by page.
-    pub fn pages(&self) -> impl Iterator<Item = &Buffer<Particles>> {
+    pub fn pages(&self) -> impl Iterator<Item = &Page<Particles>> {
         self.pages.iter().map(|(particles, _)| particles)
     }
 

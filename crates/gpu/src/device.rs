@@ -57,9 +57,13 @@ pub struct Gpu {
     pub(crate) readback: Readback,
     pub(crate) bind_cache: BindCache,
     pub(crate) fill: ComputePipeline,
-    passes: PassMaker,
+    pub(crate) passes: PassMaker,
     cache: Option<(wgpu::PipelineCache, PathBuf)>,
 }
+
+/// What atomic operations on 64 bits need.
+const WIDE_ATOMICS: wgpu::Features =
+    wgpu::Features::SHADER_INT64.union(wgpu::Features::SHADER_INT64_ATOMIC_ALL_OPS);
 
 impl Gpu {
     /// Opens the adapter that `choice` names, with all its limits and the optional features that stages know to use.
@@ -85,6 +89,7 @@ impl Gpu {
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::PIPELINE_CACHE
             | wgpu::Features::FLOAT32_FILTERABLE
+            | WIDE_ATOMICS
             | wgpu::Features::SHADER_EARLY_DEPTH_TEST;
         // Where there is one memory for both, large data is written where the GPU reads it (`Buffer::write`). Elsewhere such
         // buffers would lie in memory that the GPU reads slowly.
@@ -113,7 +118,12 @@ impl Gpu {
         let cache =
             features.contains(wgpu::Features::PIPELINE_CACHE).then(|| open_cache(&device, &info)).flatten();
         let fill_descriptor = ComputePipelineDescriptor::new(shader!("gpu/fill"));
-        let passes = PassMaker::new(device.clone(), cache.as_ref().map(|c| c.0.clone()), errors);
+        let passes = PassMaker::new(
+            device.clone(),
+            cache.as_ref().map(|c| c.0.clone()),
+            !summary.is_software(),
+            errors,
+        );
         let fill = passes.pass(&fill_descriptor)?;
         Ok(Self {
             device,
@@ -176,6 +186,11 @@ impl Gpu {
     /// The device's limits (the adapter's own, all requested).
     pub fn limits(&self) -> &wgpu::Limits {
         &self.limits
+    }
+
+    /// Whether shaders may add to words of 64 bits.
+    pub fn has_wide_atomics(&self) -> bool {
+        self.features.contains(WIDE_ATOMICS)
     }
 
     /// The optional features that are on.
@@ -260,7 +275,7 @@ impl Gpu {
         self.bind_cache.clear();
     }
 
-    /// Most elements of `T` that one storage binding may hold: the page size of particle data.
+    /// Most elements of `T` that one storage binding may hold.
     pub fn page_elements<T>(&self) -> usize {
         (self.limits.max_storage_buffer_binding_size.min(self.limits.max_buffer_size) as usize)
             / size_of::<T>()

@@ -29,7 +29,7 @@ pub struct ComputePipelineDescriptor<'a> {
     pub shader: Shader,
     /// What it imports besides the common includes, dependencies first.
     pub includes: &'a [Shader],
-    /// Preprocessor constants.
+    /// Preprocessor constants. `HARDWARE` is added on GPUs.
     pub definitions: &'a [Definition],
     /// Name of the counter that the pass adds its work to, of [`WorkCounters`](meniscus_core::WorkCounters) to be reported;
     /// its shader then calls `meniscus::tally::count`. Passes may share one.
@@ -103,6 +103,8 @@ impl Composed {
 pub(crate) struct PassMaker {
     pub(crate) device: wgpu::Device,
     pub(crate) cache: Option<wgpu::PipelineCache>,
+    /// Whether passes are for a GPU rather than a software driver: `HARDWARE` of the shaders.
+    pub(crate) is_hardware: bool,
     /// Where it is told what keeps a variant from composing.
     pub(crate) errors: ErrorSink,
     /// The variants that were asked for: stages that draw the same way share them, and so does what replaces a stage.
@@ -113,8 +115,19 @@ pub(crate) struct PassMaker {
 type VariantKey = (Vec<(usize, usize)>, Vec<Definition>);
 
 impl PassMaker {
-    pub(crate) fn new(device: wgpu::Device, cache: Option<wgpu::PipelineCache>, errors: ErrorSink) -> Self {
-        Self { device, cache, errors, variants: Mutex::default() }
+    pub(crate) fn new(
+        device: wgpu::Device,
+        cache: Option<wgpu::PipelineCache>,
+        is_hardware: bool,
+        errors: ErrorSink,
+    ) -> Self {
+        Self { device, cache, is_hardware, errors, variants: Mutex::default() }
+    }
+
+    /// `definitions`, and what the adapter adds.
+    pub(crate) fn with_adapter(&self, definitions: &[Definition]) -> Vec<Definition> {
+        let of_adapter = self.is_hardware.then_some(shader::HARDWARE);
+        definitions.iter().copied().chain(of_adapter).collect()
     }
 
     /// Composes at once.
@@ -122,7 +135,9 @@ impl PassMaker {
         &self,
         descriptor: &ComputePipelineDescriptor<'_>,
     ) -> Result<ComputePipeline, GpuError> {
-        let composed = Composed::new(&self.device, self.cache.as_ref(), descriptor)?;
+        let definitions = self.with_adapter(descriptor.definitions);
+        let of_adapter = ComputePipelineDescriptor { definitions: &definitions, ..descriptor.clone() };
+        let composed = Composed::new(&self.device, self.cache.as_ref(), &of_adapter)?;
         let compose = Box::new(move || Some(composed)) as ComposePass;
         let counting = self.counting(descriptor);
         Ok(ComputePipeline {
@@ -136,11 +151,11 @@ impl PassMaker {
     pub(crate) fn variant(&self, descriptor: &ComputePipelineDescriptor<'_>) -> ComputePipeline {
         let place = |shader: &Shader| (shader.source.as_ptr() as usize, shader.source.len());
         let sources = std::iter::once(&descriptor.shader).chain(descriptor.includes).map(place).collect();
+        let definitions = self.with_adapter(descriptor.definitions);
         let mut variants = self.variants.lock().unwrap_or_else(PoisonError::into_inner);
-        let composed = variants.entry((sources, descriptor.definitions.to_vec())).or_insert_with(|| {
+        let composed = variants.entry((sources, definitions.clone())).or_insert_with(|| {
             let (device, cache, errors) = (self.device.clone(), self.cache.clone(), self.errors.clone());
-            let (shader, includes, definitions) =
-                (descriptor.shader, descriptor.includes.to_vec(), descriptor.definitions.to_vec());
+            let (shader, includes) = (descriptor.shader, descriptor.includes.to_vec());
             let compose = move || {
                 let descriptor = ComputePipelineDescriptor {
                     includes: &includes,
@@ -207,7 +222,7 @@ pub struct RasterPipelineDescriptor<'a> {
     pub shader: Shader,
     /// What it imports besides the common includes, dependencies first.
     pub includes: &'a [Shader],
-    /// Preprocessor constants.
+    /// Preprocessor constants. `HARDWARE` is added on GPUs.
     pub definitions: &'a [Definition],
     /// Vertex buffer layouts.
     pub vertex_buffers: &'a [wgpu::VertexBufferLayout<'a>],
@@ -235,7 +250,8 @@ impl Gpu {
         descriptor: &RasterPipelineDescriptor<'_>,
     ) -> Result<RasterPipeline, GpuError> {
         let name = descriptor.shader.name;
-        let module = shader::compose(&descriptor.shader, descriptor.includes, descriptor.definitions)?;
+        let definitions = self.passes.with_adapter(descriptor.definitions);
+        let module = shader::compose(&descriptor.shader, descriptor.includes, &definitions)?;
         let bindings = reflect(&self.device, name, &module, wgpu::ShaderStages::VERTEX_FRAGMENT)?;
         let layout = pipeline_layout(&self.device, name, &bindings);
         let module = shader::module(&self.device, &descriptor.shader, module);

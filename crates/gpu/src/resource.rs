@@ -227,7 +227,7 @@ pub struct Texture<R: TextureRole> {
     pub(crate) raw: wgpu::Texture,
     pub(crate) view: wgpu::TextureView,
     size: [u32; 2],
-    _accounted: Accounted,
+    accounted: Accounted,
     role: PhantomData<R>,
 }
 
@@ -235,7 +235,7 @@ impl<R: TextureRole> Texture<R> {
     /// A texture of `size` = `[width, height]` texels.
     ///
     /// # Errors
-    /// [`GpuError::TooLarge`] beyond the device's limits.
+    /// [`GpuError::TooLarge`] beyond the device's limits, [`GpuError::OutOfMemory`] where its memory is full.
     pub fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, GpuError> {
         let limit = gpu.limits().max_texture_dimension_2d;
         if size.iter().any(|&s| s > limit || s == 0) {
@@ -251,6 +251,7 @@ impl<R: TextureRole> Texture<R> {
         } else {
             wgpu::TextureUsages::STORAGE_BINDING
         };
+        let scope = gpu.device.push_error_scope(wgpu::ErrorFilter::OutOfMemory);
         let raw = gpu.device.create_texture(&wgpu::TextureDescriptor {
             label: Some(R::NAME),
             size: wgpu::Extent3d { width: size[0], height: size[1], depth_or_array_layers: 1 },
@@ -267,8 +268,11 @@ impl<R: TextureRole> Texture<R> {
         });
         let texel = u64::from(R::FORMAT.block_copy_size(None).unwrap_or(4));
         let bytes = u64::from(size[0]) * u64::from(size[1]) * texel;
+        if pollster::block_on(scope.pop()).is_some() {
+            return Err(GpuError::OutOfMemory { what: R::NAME.to_owned(), bytes });
+        }
         let view = raw.create_view(&Default::default());
-        Ok(Self { raw, view, size, _accounted: Accounted::new(gpu, bytes), role: PhantomData })
+        Ok(Self { raw, view, size, accounted: Accounted::new(gpu, bytes), role: PhantomData })
     }
 
     /// A texture with the given texels, row by row.
@@ -291,19 +295,32 @@ impl<R: TextureRole> Texture<R> {
     pub fn write(&self, gpu: &Gpu, texels: &[R::Texel]) {
         let count = self.size[0] as usize * self.size[1] as usize;
         assert_eq!(texels.len(), count, "texels of a {:?} {}", self.size, R::NAME);
-        let texel = size_of::<R::Texel>() as u32;
+        self.write_rows(gpu, R::NAME, 0, self.size[0], texels);
+    }
+
+    /// Replaces the first `width` texels of rows from `first` on with `texels`, which counts as upload of `what`.
+    pub(crate) fn write_rows(
+        &self,
+        gpu: &Gpu,
+        what: &'static str,
+        first: u32,
+        width: u32,
+        texels: &[R::Texel],
+    ) {
         let bytes: &[u8] = bytemuck::cast_slice(texels);
-        gpu.work.add(|work| *work.uploaded.entry(R::NAME).or_default() += bytes.len() as u64);
-        gpu.queue.write_texture(
-            self.raw.as_image_copy(),
-            bytes,
-            wgpu::TexelCopyBufferLayout {
-                offset: 0,
-                bytes_per_row: Some(self.size[0] * texel),
-                rows_per_image: None,
-            },
-            wgpu::Extent3d { width: self.size[0], height: self.size[1], depth_or_array_layers: 1 },
-        );
+        gpu.work.add(|work| *work.uploaded.entry(what).or_default() += bytes.len() as u64);
+        let mut target = self.raw.as_image_copy();
+        target.origin.y = first;
+        let bytes_per_row = Some(width * size_of::<R::Texel>() as u32);
+        let layout = wgpu::TexelCopyBufferLayout { offset: 0, bytes_per_row, rows_per_image: None };
+        let height = texels.len() as u32 / width;
+        let size = wgpu::Extent3d { width, height, depth_or_array_layers: 1 };
+        gpu.queue.write_texture(target, bytes, layout, size);
+    }
+
+    /// Bytes that it takes on the device.
+    pub fn bytes(&self) -> u64 {
+        self.accounted.bytes
     }
 
     /// `[width, height]` in texels.

@@ -102,6 +102,8 @@ texture_roles! {
     ViewNormal: R32Uint as u32, unit "view space, octahedral 2 x snorm16";
     /// What a pass of a filter leaves for the next one.
     FilterStep: R32Float as f32, unit "private";
+    /// Elements of a page of particles or stand-ins, 16 bytes each ([`crate::Page`]).
+    PageTexels: Rgba32Uint as [u32; 4], unit "as the page's role";
     /// Particles by cell of a grid, while shapes are found: centre in world space, volume relative to the set's own, at most 1;
     /// folded into rows.
     GridParticles: Rgba32Float as [f32; 4], unit "world, 0 to 1";

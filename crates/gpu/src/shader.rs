@@ -51,11 +51,12 @@ macro_rules! shader {
 }
 
 /// Includes that every shader may import: `meniscus::camera`, `meniscus::surface`, `meniscus::particle`,
-/// `meniscus::covered`, `meniscus::tally`.
+/// `meniscus::page`, `meniscus::covered`, `meniscus::tally`.
 pub const COMMON: &[Shader] = &[
     shader!(include "common/camera"),
     shader!(include "common/surface"),
     shader!(include "common/particle"),
+    shader!(include "common/page"),
     shader!(include "common/covered"),
     shader!(include "common/tally"),
 ];
@@ -71,6 +72,9 @@ pub struct Definition {
 
 /// Compiles the variant of a pass that counts its work.
 pub(crate) const COUNT: Definition = Definition { name: "COUNT", value: 1 };
+
+/// Of passes that run on a GPU and not on a software driver.
+pub(crate) const HARDWARE: Definition = Definition { name: "HARDWARE", value: 1 };
 
 /// Resolves the imports of `shader` against `includes` (each listed after what it imports itself; [`COMMON`] is always
 /// there) and validates the result.
@@ -97,9 +101,13 @@ pub fn compose(
 /// Includes that were parsed before. What compiles shaders is itself slow to make, and most passes share their includes.
 static KNOWN: Mutex<Vec<Library>> = Mutex::new(Vec::new());
 
-/// Raster passes may say that the depth they write is not nearer than the triangle's (`@early_depth_test`).
+/// Raster passes may say that the depth they write is not nearer than the triangle's (`@early_depth_test`); variants may add to
+/// words of 64 bits, where the device can ([`crate::Gpu::has_wide_atomics`]).
 fn capabilities() -> Capabilities {
-    Capabilities::default() | Capabilities::EARLY_DEPTH_TEST
+    Capabilities::default()
+        | Capabilities::EARLY_DEPTH_TEST
+        | Capabilities::SHADER_INT64
+        | Capabilities::SHADER_INT64_ATOMIC_ALL_OPS
 }
 
 /// Includes of which no two have the same import path.

@@ -2,9 +2,9 @@
 
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-use meniscus_gpu::role::{AttributeValues, Radiance, RadianceTexels, Scratch};
+use meniscus_gpu::role::{AttributeValues, PackedParticle, Particles, Radiance, RadianceTexels, Scratch};
 use meniscus_gpu::{
-    AdapterChoice, Buffer, ComputePipelineDescriptor, Dispatch, Gpu, GpuError, Image, Recorder, Shader,
+    AdapterChoice, Buffer, ComputePipelineDescriptor, Dispatch, Gpu, GpuError, Image, Page, Recorder, Shader,
     Texture, Timing,
 };
 
@@ -88,6 +88,41 @@ fn pixels_follow_each_other_in_the_rows_of_a_texture() {
         let texels = texture.read(&gpu).unwrap();
         assert_eq!(texels[..pixels.len()], pixels, "{size:?}");
         assert_eq!(recorder.take_costs(&gpu)[0].name, "test.copy");
+    }
+}
+
+const COPY_PAGE: Shader = Shader {
+    name: "test/copy_page",
+    source: "#import meniscus::page::particle_at\n\
+        @group(0) @binding(0) var<storage, read_write> copied: array<vec4<u32>>;\n\
+        @compute @workgroup_size(64)\n\
+        fn main(@builtin(global_invocation_id) id: vec3<u32>) {\n\
+          if id.x >= arrayLength(&copied) { return; }\n\
+          let particle = particle_at(id.x);\n\
+          copied[id.x] = vec4(bitcast<vec3<u32>>(particle.position_world), particle.packed);\n}",
+};
+
+#[test]
+fn passes_find_the_particles_of_a_page_in_their_order() {
+    let gpu = gpu();
+    let pass = gpu.compute_pipeline(&ComputePipelineDescriptor::new(COPY_PAGE)).unwrap();
+    let particle = |i: usize| PackedParticle { position_world: [i as f32, -1.0, 0.5], packed: !(i as u32) };
+    let mut page = Page::<Particles>::from_slice(&gpu, &[]).unwrap();
+    assert!(page.is_empty() && page.read(&gpu).unwrap().is_empty());
+    // Rows of 4096 in a texture: part of one, whole ones, pieces of 256 of them with a rest, and less than before.
+    for len in [1, 4096, 4097, 3 * 4096, 2 * 256 * 4096 + 4095, 5000] {
+        let particles: Vec<_> = (0..len).map(particle).collect();
+        page.write(&gpu, &particles).unwrap();
+        assert_eq!(page.len(), len);
+        assert!(page.bytes() >= Page::<Particles>::bytes_for(&gpu, len));
+        assert!(page.read(&gpu).unwrap() == particles, "{len} read back");
+        let copied = Image::<Radiance>::new(&gpu, [len as u32, 1]).unwrap();
+        let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+        let bindings = [("page", page.bind()), ("copied", copied.bind())];
+        recorder.compute(&gpu, "test.copy_page", &pass, &bindings, Dispatch::Pixels([len as u32, 1]));
+        let _ = recorder.submit(&gpu).unwrap();
+        let copied: Vec<PackedParticle> = bytemuck::cast_vec(copied.read(&gpu).unwrap());
+        assert!(copied == particles, "{len} read by a pass");
     }
 }
 

@@ -57,7 +57,7 @@ enum Part {
 /// How a frame is cut.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChunkOptions {
-    /// Most particles of a page: what one storage binding holds (`Gpu::page_elements`). At least 1.
+    /// Most particles of a page: `Page::most_elements`. At least 1.
     pub page_particles: usize,
     /// Physical distance of neighbouring particles, world units. Any other number than a positive one only costs quality.
     pub spacing_world: f32,

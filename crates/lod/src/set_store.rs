@@ -1,7 +1,7 @@
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError};
 
-use meniscus_gpu::role::{PackedParticle, Particles, StandIn, StandIns};
-use meniscus_gpu::{Buffer, Gpu, GpuError};
+use meniscus_gpu::role::{Particles, StandIns};
+use meniscus_gpu::{Gpu, GpuError, Page};
 
 use crate::ChunkedSet;
 
@@ -18,9 +18,9 @@ pub struct SetPages {
 #[derive(Debug)]
 pub struct SetPage {
     /// The particles.
-    pub particles: Buffer<Particles>,
+    pub particles: Page<Particles>,
     /// Stand-ins of the particles.
-    pub stand_in_spheres: Buffer<StandIns>,
+    pub stand_in_spheres: Page<StandIns>,
 }
 
 impl SetPages {
@@ -29,7 +29,7 @@ impl SetPages {
         &self.pages[..self.in_use]
     }
 
-    /// Replaces what is there; its buffers serve again.
+    /// Replaces what is there; its memory serves again.
     fn write(&mut self, gpu: &Gpu, set: &ChunkedSet) -> Result<(), GpuError> {
         for (index, (particles, stand_ins)) in set.pages().zip(&set.stand_ins).enumerate() {
             match self.pages.get_mut(index) {
@@ -38,8 +38,8 @@ impl SetPages {
                     page.stand_in_spheres.write(gpu, stand_ins)?;
                 }
                 None => self.pages.push(SetPage {
-                    particles: Buffer::from_slice(gpu, particles)?,
-                    stand_in_spheres: Buffer::from_slice(gpu, stand_ins)?,
+                    particles: Page::from_slice(gpu, particles)?,
+                    stand_in_spheres: Page::from_slice(gpu, stand_ins)?,
                 }),
             }
         }
@@ -141,7 +141,7 @@ impl SetStore {
         }
         let stays = held.sets.iter().filter(|held| held.waits || held.is_in_use());
         let stays = stays.map(|held| held.pages.bytes()).sum::<u64>() + held.stats.uploading_bytes;
-        if stays + bytes_on_gpu(set) > held.stats.limit_bytes {
+        if stays + bytes_on_gpu(gpu, set) > held.stats.limit_bytes {
             return Ok(None);
         }
         self.upload(gpu, set, held, true).map(Some)
@@ -170,7 +170,7 @@ impl SetStore {
         mut held: MutexGuard<'_, Held>,
         waits: bool,
     ) -> Result<Arc<SetPages>, GpuError> {
-        let bytes = bytes_on_gpu(set);
+        let bytes = bytes_on_gpu(gpu, set);
         let limit = held.stats.limit_bytes;
         let mut pages = held.give_up_for(gpu, bytes, limit);
         held.uploading.push(set.serial());
@@ -263,7 +263,8 @@ impl Held {
 }
 
 /// What `set` takes on the GPU.
-fn bytes_on_gpu(set: &ChunkedSet) -> u64 {
-    let stand_ins: usize = set.stand_ins.iter().map(Vec::len).sum();
-    (set.particles.len() * size_of::<PackedParticle>() + stand_ins * size_of::<StandIn>()) as u64
+fn bytes_on_gpu(gpu: &Gpu, set: &ChunkedSet) -> u64 {
+    let particles = set.pages().map(|particles| Page::<Particles>::bytes_for(gpu, particles.len()));
+    let stand_ins = set.stand_ins.iter().map(|of_page| Page::<StandIns>::bytes_for(gpu, of_page.len()));
+    particles.chain(stand_ins).sum()
 }

@@ -3,8 +3,8 @@ use std::time::Instant;
 
 use meniscus_compositor::Compositor;
 use meniscus_core::{Camera, Flaw, Flaws, FrameReport, Look, StageCost, WorkCounters};
-use meniscus_gpu::role::{PackedParticle, SurfaceColor};
-use meniscus_gpu::{CameraUniform, Gpu, Recorder, Span, Texture, Timing};
+use meniscus_gpu::role::{Particles, SurfaceColor};
+use meniscus_gpu::{CameraUniform, Gpu, Page, Recorder, Span, Texture, Timing};
 use meniscus_lod::{LodParams, ParticleCounts, SetStore, SetStoreStats, Viewpoint, explain};
 use meniscus_shading::{FoamLook, LightingInputs, LightingPass, SceneGeometry, ScenePass};
 use meniscus_ssfr::{ColoredSet, ShapePasses, SplatInput, SplatSet, Ssfr, SurfaceImages, ThicknessParams};
@@ -114,7 +114,7 @@ impl Renderer {
     /// Brings frames of `world`'s series into the order that this renderer wants; for reader threads.
     pub fn preparer(&self, world: &World) -> Preparer {
         Preparer {
-            page_particles: self.gpu.page_elements::<PackedParticle>(),
+            page_particles: Page::<Particles>::most_elements(&self.gpu),
             spacing_world: world.space().spacing as f32,
             identity: self.settings.lod.policy.identity(),
             quantity: world.color().map(|scale| scale.quantity.clone()),

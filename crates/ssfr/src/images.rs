@@ -32,6 +32,9 @@ pub struct SurfaceImages {
     pub(crate) reduced: ReducedImages,
 }
 
+/// Words of a block's sum: where two blocks share one addition, each has room for a part of the next one's.
+const WORDS_PER_SUM: usize = 2;
+
 /// The thickness while it is summed and smoothed, at reduced size.
 #[derive(Debug)]
 pub(crate) struct ReducedImages {
@@ -39,7 +42,7 @@ pub(crate) struct ReducedImages {
     pub(crate) size: [u32; 2],
     pub(crate) surface: Texture<ReducedSurface>,
     pub(crate) limit: Image<Scratch>,
-    pub(crate) sum: Image<Scratch>,
+    pub(crate) sum: Buffer<Scratch>,
     /// From the sums; then smoothed in both directions.
     pub(crate) resolved: Texture<ReducedThickness>,
     /// Smoothed along rows.
@@ -96,7 +99,7 @@ impl ReducedImages {
             size,
             surface: Texture::new(gpu, size)?,
             limit: Image::new(gpu, size)?,
-            sum: Image::new(gpu, size)?,
+            sum: Buffer::new(gpu, WORDS_PER_SUM * size[0] as usize * size[1] as usize)?,
             resolved: Texture::new(gpu, size)?,
             rows: Texture::new(gpu, size)?,
         })

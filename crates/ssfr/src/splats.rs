@@ -1,7 +1,7 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_core::DEFAULT_RADIUS_PER_SPACING;
 use meniscus_gpu::role::{Occludees, Particles, Shapes, StandIns};
-use meniscus_gpu::{Buffer, HostField, HostStruct, RangeList};
+use meniscus_gpu::{Buffer, HostField, HostStruct, Page, RangeList};
 
 use crate::SsfrParams;
 
@@ -10,7 +10,7 @@ use crate::SsfrParams;
 #[derive(Clone, Copy, Debug)]
 pub struct SplatInput<'a> {
     /// The particles.
-    pub particles: &'a Buffer<Particles>,
+    pub particles: &'a Page<Particles>,
     /// Their shapes, as the ranges say ([`crate::ShapePasses`]); without, and in a stage without anisotropy, all are spheres.
     pub shapes: Option<&'a Buffer<Shapes>>,
     /// The ranges that the surface is drawn from first.
@@ -20,7 +20,7 @@ pub struct SplatInput<'a> {
     /// The ranges that count in the thickness.
     pub mass: &'a RangeList,
     /// Spheres that count in the thickness for other particles, and which of them do.
-    pub stand_ins: Option<(&'a Buffer<StandIns>, &'a RangeList)>,
+    pub stand_ins: Option<(&'a Page<StandIns>, &'a RangeList)>,
 }
 
 /// Ranges that are only drawn where nothing hides them.

@@ -5,7 +5,7 @@ mod common;
 use common::{Scene, gpu, is_fluid, parallel, params, perspective, ranges_of};
 use meniscus_cases::lattice;
 use meniscus_gpu::role::{AttributeValues, KeptRange, Particles, SceneDistance, SurfaceColor};
-use meniscus_gpu::{Buffer, Gpu, RangeList, Recorder, Texture, Timing};
+use meniscus_gpu::{Buffer, Gpu, Page, RangeList, Recorder, Texture, Timing};
 use meniscus_ssfr::{
     ColoredSet, Coloring, FilterRegistry, NO_VALUE, Radii, ScaleUniform, SplatInput, SplatSet, Ssfr,
     SurfaceImages, twin,
@@ -19,7 +19,7 @@ fn color(gpu: &Gpu, scene: &Scene, values: &[f32], scale: ScaleUniform) -> (Vec<
     let params = params("none", 1, 0.0);
     let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), &params).unwrap();
     let images = SurfaceImages::new(gpu, scene.size, &params).unwrap();
-    let particles = Buffer::<Particles>::from_slice(gpu, &scene.particles).unwrap();
+    let particles = Page::<Particles>::from_slice(gpu, &scene.particles).unwrap();
     let front = RangeList::from_slice(gpu, &scene.ranges).unwrap();
     let pages = [SplatInput {
         particles: &particles,

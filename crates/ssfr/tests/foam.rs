@@ -7,7 +7,7 @@ use std::f64::consts::PI;
 use common::{Scene, gpu, is_fluid, parallel, params, perspective};
 use meniscus_cases::lattice;
 use meniscus_gpu::role::{FoamDrop, FoamDrops, FoamLayers, NO_SURFACE, SceneDistance};
-use meniscus_gpu::{Buffer, Gpu, Image, Recorder, Texture, Timing};
+use meniscus_gpu::{Buffer, Gpu, Image, Page, Recorder, Texture, Timing};
 use meniscus_ssfr::{
     FilterRegistry, FoamSplats, FoamUniform, SplatInput, SplatSet, Ssfr, SurfaceImages, twin,
 };
@@ -17,7 +17,7 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
     let params = params("none", 1, 0.0);
     let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), &params).unwrap();
     let images = SurfaceImages::new(gpu, scene.size, &params).unwrap();
-    let particles = Buffer::from_slice(gpu, &scene.particles).unwrap();
+    let particles = Page::from_slice(gpu, &scene.particles).unwrap();
     let front = meniscus_gpu::RangeList::from_slice(gpu, &scene.ranges).unwrap();
     let pages = [SplatInput {
         particles: &particles,

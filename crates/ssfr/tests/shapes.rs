@@ -7,7 +7,7 @@ use glam::{DMat3, DQuat, DVec2, DVec3, Vec3};
 use meniscus_cases::lattice;
 use meniscus_core::{Aabb, Camera};
 use meniscus_gpu::role::{KeptRange, Occludee, PackedParticle, Particles, Shapes};
-use meniscus_gpu::{Buffer, Gpu, RangeList, Recorder, Timing};
+use meniscus_gpu::{Buffer, Gpu, Page, RangeList, Recorder, Timing};
 use meniscus_ssfr::twin::{self, HostSet, HostShape, ShapeRule};
 use meniscus_ssfr::{Anisotropy, AnisotropyParams, Radii, ShapePage, ShapePasses, ShapeWork, SsfrParams};
 
@@ -413,7 +413,7 @@ fn pages_and_batches_change_no_shape() {
 
     let cut = 250;
     let halves = [&scene.particles[..cut], &scene.particles[cut..]];
-    let particles = halves.map(|half| Buffer::<Particles>::from_slice(&gpu, half).unwrap());
+    let particles = halves.map(|half| Page::<Particles>::from_slice(&gpu, half).unwrap());
     let shapes = halves.map(|half| Buffer::<Shapes>::from_slice(&gpu, &vec![[0; 4]; half.len()]).unwrap());
     let pages = [0, 1].map(|i| ShapePage { particles: &particles[i], shapes: &shapes[i] });
     let all = |half: &[PackedParticle]| KeptRange {

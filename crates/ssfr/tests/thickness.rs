@@ -209,6 +209,26 @@ fn sums_saturate() {
     assert!((most / (4.5e6 * 0.1) - 1.0).abs() < 1e-3, "{most}");
 }
 
+/// Where sums are known to have room they are kept in another form: block by block the same, at the borders of the picture as well.
+#[test]
+fn sums_with_room_are_those_that_are_watched() {
+    let gpu = gpu();
+    // Reaches beyond all borders of the picture; less than 2^21 spacings leave room for the same steps.
+    let body = lattice::cuboid([-2.0, -2.0, -6.0], [40, 40, 3], 0.1, 0.2, 1);
+    for (side, scale) in [(37, 1), (96, 2), (61, 4)] {
+        let scene = Scene::new(parallel(0.0, 2.0), [side, side - 8], &body.positions, 0.09, 0.1);
+        let [watched, roomy] = [f64::INFINITY, 1000.0].map(|most_thickness| {
+            let scene = Scene { most_thickness, ..scene.clone() };
+            scene.render(&gpu, &params("none", scale, 0.0)).thickness
+        });
+        let least = watched.iter().copied().fold(f32::INFINITY, f32::min);
+        assert!(least > 0.0, "{side}: a pixel without water, {least}");
+        // Dozens of particles in a block, each rounded to a step of 1/1024 of a spacing from a product taken in another order.
+        let off = watched.iter().zip(&roomy).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+        assert!(off < 4.0 / 1024.0 * 0.1, "{side}: {off}");
+    }
+}
+
 /// The coarsest steps that are taken instead of watching sums change the thickness by less than a hundredth of a spacing.
 #[test]
 fn coarse_steps_are_fine_enough() {

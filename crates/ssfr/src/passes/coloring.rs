@@ -104,7 +104,7 @@ impl Coloring {
                         ("camera", camera.clone()),
                         ("splats", page.splats),
                         ("scale", scale.clone()),
-                        ("particles", page.particles),
+                        ("page", page.particles),
                         ("values", values[page.index].bind()),
                         ("front", images.front.bind()),
                         ("sums", self.sums.bind()),

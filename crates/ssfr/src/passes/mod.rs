@@ -58,13 +58,9 @@ fn compile(
     definitions: &[Definition],
     counts: Option<&'static str>,
 ) -> ComputePipeline {
-    let mut definitions = definitions.to_vec();
-    if !gpu.summary().is_software() {
-        definitions.push(Definition { name: "HARDWARE", value: 1 });
-    }
     gpu.compute_variant(&ComputePipelineDescriptor {
         includes: INCLUDES,
-        definitions: &definitions,
+        definitions,
         counts,
         ..ComputePipelineDescriptor::new(shader)
     })

@@ -1,8 +1,8 @@
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{GridParticles, Particles, Scratch, Shapes};
 use meniscus_gpu::{
-    Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, RangeList, Recorder, Texture,
-    shader,
+    Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, GpuError, Page, RangeList, Recorder,
+    Texture, shader,
 };
 
 use super::{pipeline, pipeline_with};
@@ -13,7 +13,7 @@ use crate::shape::ShapeUniform;
 #[derive(Clone, Copy, Debug)]
 pub struct ShapePage<'a> {
     /// The particles.
-    pub particles: &'a Buffer<Particles>,
+    pub particles: &'a Page<Particles>,
     /// Where shapes go, as the ranges of the targets say.
     pub shapes: &'a Buffer<Shapes>,
 }
@@ -105,11 +105,8 @@ impl ShapePasses {
         let with_texture = [&shared[..], &[("by_cell", self.by_cell.bind())]].concat();
         Self::each_source(recorder, gpu, pages, work, &self.scatter, &with_texture);
         for (page, ranges) in pages.iter().zip(work.targets) {
-            let of_page = [
-                ("particles", page.particles.bind()),
-                ("ranges", ranges.bind()),
-                ("shapes", page.shapes.bind()),
-            ];
+            let of_page =
+                [("page", page.particles.bind()), ("ranges", ranges.bind()), ("shapes", page.shapes.bind())];
             let bindings = [&with_texture[..], &of_page].concat();
             recorder.compute(
                 gpu,
@@ -132,7 +129,7 @@ impl ShapePasses {
         shared: &[(&'static str, Binding)],
     ) {
         for (page, ranges) in pages.iter().zip(work.sources) {
-            let of_page = [("particles", page.particles.bind()), ("ranges", ranges.bind())];
+            let of_page = [("page", page.particles.bind()), ("ranges", ranges.bind())];
             let bindings = [shared, &of_page].concat();
             let groups = Dispatch::Groups(ranges.len() as u64);
             recorder.compute(gpu, "ssfr.shape_grid", pipeline, &bindings, groups);

@@ -124,7 +124,7 @@ impl SurfacePasses {
             vec![
                 ("camera", camera.clone()),
                 ("splats", page.splats.clone()),
-                ("particles", page.particles.clone()),
+                ("page", page.particles.clone()),
                 ("nearest", images.nearest.bind()),
             ]
         };

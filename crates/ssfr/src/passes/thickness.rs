@@ -47,7 +47,6 @@ const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 pub(crate) struct ThicknessPasses {
     /// Where the scene may cut sets off, and where it does not; of either, where sums may saturate, and where they cannot.
     sums: [[SumPasses; 2]; 2],
-    resolve: ComputePipeline,
     smooth_rows: ComputePipeline,
     smooth_columns: ComputePipeline,
     upsample: ComputePipeline,
@@ -56,6 +55,7 @@ pub(crate) struct ThicknessPasses {
 /// The passes that sum.
 struct SumPasses {
     prepare: ComputePipeline,
+    resolve: ComputePipeline,
     thickness: SplatPipelines,
     points: SplatPipelines,
     thickness_strips: ComputePipeline,
@@ -73,6 +73,7 @@ impl SumPasses {
         let both = |names| SplatPipelines::new(gpu, shader!("ssfr/thickness"), &with(names), COUNTER);
         Self {
             prepare: pipeline_with(gpu, shader!("ssfr/thickness_prepare"), definitions),
+            resolve: pipeline_with(gpu, shader!("ssfr/thickness_resolve"), definitions),
             thickness: both(&[]),
             points: both(&["POINTS"]),
             thickness_strips: splats(&["STRIPS"]),
@@ -84,12 +85,15 @@ impl SumPasses {
 
 impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [in_front, bounded, columns] =
-            ["IN_FRONT", "BOUNDED", "COLUMNS"].map(|name| Definition { name, value: 1 });
-        let sums = |definitions: &[Definition]| SumPasses::new(gpu, definitions);
+        let [in_front, bounded, pairs, columns] =
+            ["IN_FRONT", "BOUNDED", "PAIRS", "COLUMNS"].map(|name| Definition { name, value: 1 });
+        let sums = |definitions: &[Definition]| {
+            let has_pairs = definitions.contains(&bounded) && gpu.has_wide_atomics();
+            let pairs: &[Definition] = if has_pairs { &[pairs] } else { &[] };
+            SumPasses::new(gpu, &[definitions, pairs].concat())
+        };
         Self {
             sums: [[sums(&[]), sums(&[bounded])], [sums(&[in_front]), sums(&[in_front, bounded])]],
-            resolve: pipeline(gpu, shader!("ssfr/thickness_resolve")),
             smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth")),
             smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[columns]),
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample")),
@@ -141,7 +145,7 @@ impl ThicknessPasses {
                     ("camera", camera.clone()),
                     ("splats", page.splats),
                     ("thickness", parameters.clone()),
-                    ("particles", page.particles),
+                    ("page", page.particles),
                     ("sum", reduced.sum.bind()),
                 ];
                 bindings.extend(limit.clone());
@@ -162,7 +166,7 @@ impl ThicknessPasses {
         recorder.compute(
             gpu,
             "ssfr.thickness_resolve",
-            &self.resolve,
+            &passes.resolve,
             &[
                 ("thickness", thickness.clone()),
                 ("reduced", reduced.surface.bind()),

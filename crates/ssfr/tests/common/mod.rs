@@ -6,7 +6,7 @@ use meniscus_gpu::role::{
     KeptRange, NO_SURFACE, Occludee, Occludees, PackedParticle, Particles, SceneDistance, Shapes, StandIn,
     StandIns,
 };
-use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, RangeList, Recorder, Texture, Timing};
+use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, Page, RangeList, Recorder, Texture, Timing};
 use meniscus_ssfr::twin::{HostSet, HostView};
 use meniscus_ssfr::{
     AnisotropyParams, FilterChoice, FilterRegistry, Radii, ShapePage, ShapePasses, ShapeWork, SplatInput,
@@ -150,12 +150,12 @@ pub fn render_together(
 
 /// A scene's set on the GPU.
 struct Uploaded {
-    particles: Buffer<Particles>,
+    particles: Page<Particles>,
     front: RangeList,
     occludees: Buffer<Occludees>,
     visible: RangeList,
     mass: RangeList,
-    spheres: Buffer<StandIns>,
+    spheres: Page<StandIns>,
     of_spheres: RangeList,
     shapes: Option<Buffer<Shapes>>,
 }
@@ -168,12 +168,12 @@ impl Uploaded {
         let all: Vec<KeptRange> = scene.ranges.iter().copied().chain(tested).collect();
         let of_spheres = ranges_of(scene.stand_ins.len(), KeptRange::KEEP_ALL);
         Self {
-            particles: Buffer::from_slice(gpu, &scene.particles).unwrap(),
+            particles: Page::from_slice(gpu, &scene.particles).unwrap(),
             front: RangeList::from_slice(gpu, &scene.ranges).unwrap(),
             occludees: Buffer::from_slice(gpu, &scene.occludees).unwrap(),
             visible,
             mass: RangeList::from_slice(gpu, &all).unwrap(),
-            spheres: Buffer::from_slice(gpu, &scene.stand_ins).unwrap(),
+            spheres: Page::from_slice(gpu, &scene.stand_ins).unwrap(),
             of_spheres: RangeList::from_slice(gpu, &of_spheres).unwrap(),
             shapes: scene.shapes.map(|params| shapes_on_gpu(gpu, scene, &params)),
         }
@@ -193,7 +193,7 @@ impl Uploaded {
 
 /// The shapes of all particles of `scene`, one after the other.
 pub fn shapes_on_gpu(gpu: &Gpu, scene: &Scene, params: &AnisotropyParams) -> Buffer<Shapes> {
-    let particles = Buffer::from_slice(gpu, &scene.particles).unwrap();
+    let particles = Page::from_slice(gpu, &scene.particles).unwrap();
     let shapes = Buffer::from_slice(gpu, &vec![[0; 4]; scene.particles.len()]).unwrap();
     let all: Vec<KeptRange> = ranges_of(scene.particles.len(), KeptRange::KEEP_ALL)
         .into_iter()
