@@ -30,5 +30,19 @@ fn block_of(texel: vec4<f32>) -> Block {
     return Block(texel.x, texel.y, texel.z);
 }
 
+// What smoothing along the columns leaves of a block, in the texels of the smoothed thickness; along the rows it leaves thickness,
+// coverage and standard deviation.
+struct SmoothedBlock {
+    // Mean over what is covered, world units along the ray.
+    thickness_world: f32,
+    // As in `Block`.
+    nearest: f32,
+    covered: f32,
+}
+
+fn smoothed_block_of(texel: vec4<f32>) -> SmoothedBlock {
+    return SmoothedBlock(texel.x, texel.y, texel.z);
+}
+
 // From here on a sum takes no more: half of the range, so that additions in flight never wrap.
 const SATURATED: u32 = 0x80000000u;

@@ -1,12 +1,12 @@
 // One direction of the Gaussian over the reduced thickness, for the thickness and its coverage alike; their quotient is
-// the mean over what is covered, without a dark seam at silhouettes. COLUMNS: along columns, else along rows.
+// the mean over what is covered, without a dark seam at silhouettes. Along rows, then, with COLUMNS, along columns.
 #import meniscus::thickness::{Thickness, block_of}
 
 @group(0) @binding(0) var<uniform> thickness: Thickness;
 @group(0) @binding(1) var reduced: texture_2d<f32>;
-// Thickness and coverage, before and after.
+// Thickness and coverage; of the rows also the standard deviation.
 @group(0) @binding(2) var source: texture_2d<f32>;
-@group(0) @binding(3) var smoothed: texture_storage_2d<rg32float, write>;
+@group(0) @binding(3) var smoothed: texture_storage_2d<rgba32float, write>;
 
 // Beyond this many taps to a side they are spread out, evenly: at 24 the gaps are a sixth of the radius of the splats, which
 // hold nothing finer. Uneven gaps would leave ripples.
@@ -37,8 +37,13 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     let at = vec2<i32>(id.xy);
     let last = vec2<i32>(thickness.size_px) - 1;
-    var total = textureLoad(source, at, 0).xy;
+    let own = textureLoad(source, at, 0);
+    var total = own.xy;
+#ifdef COLUMNS
+    let sigma_px = own.z;
+#else
     let sigma_px = sigma_at(at, last);
+#endif
     if sigma_px > 0.0 {
 #ifdef COLUMNS
         let direction = vec2(0, 1);
@@ -62,5 +67,11 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
             }
         }
     }
-    textureStore(smoothed, at, vec4(total, 0.0, 0.0));
+#ifdef COLUMNS
+    let block = block_of(textureLoad(reduced, at, 0));
+    // As `smoothed_block_of` reads it.
+    textureStore(smoothed, at, vec4(total.x / max(total.y, 1e-20), block.nearest, block.covered, 0.0));
+#else
+    textureStore(smoothed, at, vec4(total, sigma_px, 0.0));
+#endif
 }

@@ -1,14 +1,12 @@
 // Joint upsampling of the reduced thickness: bilinear between the blocks that show the same surface as the pixel.
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
-#import meniscus::thickness::{Thickness, block_of}
+#import meniscus::thickness::{Thickness, smoothed_block_of}
 
 @group(0) @binding(0) var<uniform> thickness: Thickness;
 @group(0) @binding(1) var front: texture_2d<f32>;
-@group(0) @binding(2) var reduced: texture_2d<f32>;
-// Thickness and coverage.
-@group(0) @binding(3) var smoothed: texture_2d<f32>;
-@group(0) @binding(4) var length_world: texture_storage_2d<r32float, write>;
-@group(0) @binding(5) var<storage, read> covered_pixels: CoveredPixels;
+@group(0) @binding(2) var smoothed: texture_2d<f32>;
+@group(0) @binding(3) var length_world: texture_storage_2d<r32float, write>;
+@group(0) @binding(4) var<storage, read> covered_pixels: CoveredPixels;
 
 // Distance, in radii, at which a block counts half as much.
 const SAME_SURFACE_RADII: f32 = 4.0;
@@ -27,13 +25,12 @@ fn upsample(id: vec2<u32>) {
     for (var tap = 0; tap < 4; tap++) {
         let offset = vec2(tap & 1, tap >> 1u);
         let at = clamp(vec2<i32>(base) + offset, vec2(0), last);
-        let block = block_of(textureLoad(reduced, at, 0));
+        let block = smoothed_block_of(textureLoad(smoothed, at, 0));
         if block.covered > 0.0 {
             let bilinear = select(1.0 - part, part, offset == vec2(1));
             let e = (block.nearest - own.x) * tolerance;
             let weight = bilinear.x * bilinear.y * (1.0 / (1.0 + e * e) + LEAST);
-            let value = textureLoad(smoothed, at, 0).xy;
-            total += weight * value.x / value.y;
+            total += weight * block.thickness_world;
             weights += weight;
         }
     }

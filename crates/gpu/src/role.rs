@@ -111,6 +111,8 @@ texture_roles! {
     ReducedSurface: Rgba32Float as [f32; 4], unit "private";
     /// Thickness at reduced size, times and beside the part of a block that it covers.
     ReducedThickness: Rg32Float as [f32; 2], unit "world units along the ray, 0 to 1";
+    /// The same smoothed along rows, with the standard deviation; along columns, WGSL `meniscus::thickness::SmoothedBlock`.
+    SmoothedThickness: Rgba32Float as [f32; 4], unit "private";
     /// Colour that an attribute gives the surface, linear Rec. 709; alpha = how much of the surface's own colour it replaces.
     SurfaceColor: Rgba32Float as [f32; 4], unit "linear, 0 to 1";
     /// What becomes of the sun's light on its way, one value per block of pixels: length of water that it crosses to the opaque

@@ -1,6 +1,6 @@
 use meniscus_gpu::role::{
     EyeDistance, FarthestDistance, FilterStep, FrontSphere, ReducedSurface, ReducedThickness, Scratch,
-    Thickness, ViewNormal,
+    SmoothedThickness, Thickness, ViewNormal,
 };
 use meniscus_gpu::{Buffer, Gpu, GpuError, Image, Texture};
 
@@ -43,10 +43,10 @@ pub(crate) struct ReducedImages {
     pub(crate) surface: Texture<ReducedSurface>,
     pub(crate) limit: Image<Scratch>,
     pub(crate) sum: Buffer<Scratch>,
-    /// From the sums; then smoothed in both directions.
+    /// From the sums.
     pub(crate) resolved: Texture<ReducedThickness>,
-    /// Smoothed along rows.
-    pub(crate) rows: Texture<ReducedThickness>,
+    /// Smoothed along rows, and then along columns.
+    pub(crate) smoothed: [Texture<SmoothedThickness>; 2],
 }
 
 impl SurfaceImages {
@@ -101,7 +101,7 @@ impl ReducedImages {
             limit: Image::new(gpu, size)?,
             sum: Buffer::new(gpu, WORDS_PER_SUM * size[0] as usize * size[1] as usize)?,
             resolved: Texture::new(gpu, size)?,
-            rows: Texture::new(gpu, size)?,
+            smoothed: [Texture::new(gpu, size)?, Texture::new(gpu, size)?],
         })
     }
 }

@@ -175,15 +175,16 @@ impl ThicknessPasses {
             ],
             pixels,
         );
+        let [rows, columns] = &reduced.smoothed;
         for (pipeline, source, smoothed) in [
-            (&self.smooth_rows, &reduced.resolved, &reduced.rows),
-            (&self.smooth_columns, &reduced.rows, &reduced.resolved),
+            (&self.smooth_rows, reduced.resolved.bind(), rows.bind()),
+            (&self.smooth_columns, rows.bind(), columns.bind()),
         ] {
             let bindings = [
                 ("thickness", thickness.clone()),
                 ("reduced", reduced.surface.bind()),
-                ("source", source.bind()),
-                ("smoothed", smoothed.bind()),
+                ("source", source),
+                ("smoothed", smoothed),
             ];
             recorder.compute(gpu, "ssfr.thickness_smooth", pipeline, &bindings, pixels);
         }
@@ -194,8 +195,7 @@ impl ThicknessPasses {
             &[
                 ("thickness", thickness),
                 ("front", images.front.bind()),
-                ("reduced", reduced.surface.bind()),
-                ("smoothed", reduced.resolved.bind()),
+                ("smoothed", columns.bind()),
                 ("length_world", images.thickness.bind()),
                 ("covered_pixels", images.covered.bind()),
             ],
