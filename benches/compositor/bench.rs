@@ -5,13 +5,13 @@ use bench_views::{GpuTime, Pool, Stage};
 use criterion::{Criterion, criterion_group, criterion_main};
 use meniscus_compositor::{Compositor, CompositorParameters};
 use meniscus_gpu::role::{DisplayImage, Radiance};
-use meniscus_gpu::{Gpu, Image};
+use meniscus_gpu::{Gpu, Image, Texture};
 
 /// The default of `render`, and what films are made in.
 const SIZES: [(&str, [u32; 2]); 2] = [("pool-720p", [1280, 720]), ("pool-1080p", [1920, 1080])];
 
 /// Dark water that brightens with its tilt, ten times over white in the glints, on a grey floor.
-fn radiance(gpu: &Gpu, size: [u32; 2]) -> Image<Radiance> {
+fn radiance(gpu: &Gpu, size: [u32; 2]) -> Texture<Radiance> {
     let pool = Pool::new(size);
     let water = |i: usize| pool.distance[i] < f32::MAX;
     let pixel = |i: usize| {
@@ -24,7 +24,7 @@ fn radiance(gpu: &Gpu, size: [u32; 2]) -> Image<Radiance> {
         }
     };
     let pixels: Vec<[f32; 4]> = (0..pool.distance.len()).map(pixel).collect();
-    Image::from_pixels(gpu, size, &pixels).expect("an image of the picture's size")
+    Texture::from_texels(gpu, size, &pixels).expect("a texture of the picture's size")
 }
 
 /// Passes, and the bytes per four pixels that they cannot do without: radiance is read as four floats a pixel, the display image is

@@ -36,7 +36,7 @@ struct Studio {
     caustics: Image<Caustics>,
     sunlight_pass: SunlightPass,
     sunlight: Texture<Sunlight>,
-    radiance: Image<Radiance>,
+    radiance: Texture<Radiance>,
 }
 
 const SCALE: WaterScale = WaterScale { depth_world: 0.3, spacing_world: 0.01, metres_per_world: 1.0 };
@@ -66,7 +66,7 @@ impl Studio {
             caustics: Image::new(gpu, size).expect(image),
             sunlight_pass: SunlightPass::new(gpu).expect("the sunlight pass"),
             sunlight: Texture::new(gpu, SunlightPass::size_blocks(size)).expect(texture),
-            radiance: Image::new(gpu, size).expect(image),
+            radiance: Texture::new(gpu, size).expect(image),
         }
     }
 

@@ -3,15 +3,13 @@
 // bright pixels count less, so that they do not flicker.
 #ifdef FIRST
 #import meniscus::light::{MAX_RADIANCE, finite}
-#import meniscus::texels::texel
 #endif
 
 struct BloomDown {
     source_px: vec2<u32>,
     // Factor on radiance, in the first level.
     exposure: f32,
-    // Of the texture of radiance, in the first level.
-    row_bits: u32,
+    pad: u32,
 }
 
 @group(0) @binding(0) var<uniform> down: BloomDown;
@@ -21,7 +19,7 @@ struct BloomDown {
 fn at(pixel: vec2<i32>) -> vec3<f32> {
     let p = vec2<u32>(clamp(pixel, vec2(0), vec2<i32>(down.source_px) - 1));
 #ifdef FIRST
-    let light = finite(textureLoad(source, texel(p.y * down.source_px.x + p.x, down.row_bits), 0));
+    let light = finite(textureLoad(source, p, 0));
     return min(down.exposure * light.rgb, vec3(MAX_RADIANCE));
 #else
     return textureLoad(source, p, 0).rgb;

@@ -14,11 +14,6 @@ struct Smoothing {
     // Brightness of a byte b of `meniscus::luma`, 0 to 1: scale * b + offset.
     luma_scale: f32,
     luma_offset: f32,
-    // Of the texture of brightness.
-    row_bits: u32,
-    pad_a: u32,
-    pad_b: u32,
-    pad_c: u32,
 }
 
 // Least contrast that is treated, absolute and relative to the brightest neighbour.

@@ -1,11 +1,10 @@
 // Edge anti-aliasing after Lottes 2009 (FXAA): where brightness changes sharply, find the ends of the edge that the pixel
 // lies on and mix with the neighbour across it by the share of the pixel that the true edge would cut off.
 #import meniscus::edges::{Edges, Smoothing}
-#import meniscus::luma::words_per_row
 
 @group(0) @binding(0) var<uniform> smoothing: Smoothing;
 @group(0) @binding(1) var<storage, read> source: array<u32>;
-@group(0) @binding(2) var<storage, read> lumas: array<u32>;
+@group(0) @binding(2) var lumas: texture_2d<u32>;
 @group(0) @binding(3) var<storage, read> edges: Edges;
 // Holds `source` already.
 @group(0) @binding(4) var<storage, read_write> smoothed: array<u32>;
@@ -25,7 +24,7 @@ fn at(pixel: vec2<i32>) -> vec4<f32> {
 // Brightness in bytes of `meniscus::luma`.
 fn luma_at(pixel: vec2<i32>) -> f32 {
     let p = inside(pixel);
-    let word = lumas[p.y * words_per_row(smoothing.size_px.x) + p.x / 4u];
+    let word = textureLoad(lumas, vec2(p.x / 4u, p.y), 0).x;
     return f32((word >> (8u * (p.x & 3u))) & 0xffu);
 }
 

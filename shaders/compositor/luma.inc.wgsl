@@ -3,10 +3,6 @@
 // Brightness of the picture for anti-aliasing: one byte per pixel, four neighbours of a row in a word. Rows begin with a word of
 // their own, so that a pass may write its word without asking who has the other bytes.
 
-fn words_per_row(width: u32) -> u32 {
-    return (width + 3u) / 4u;
-}
-
 // Brightness as the eye weighs it, with alpha so that the edges of a transparent picture are found too. Where all is opaque, the
 // byte is for the colours alone; `Smoothing` has what makes the two comparable.
 fn luma_byte(color: vec3<f32>, alpha: f32, is_transparent: bool) -> u32 {

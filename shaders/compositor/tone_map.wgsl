@@ -3,9 +3,8 @@
 //
 // Each invocation does four neighbours of a row, whose brightness is one word for anti-aliasing.
 #import meniscus::light::{MAX_RADIANCE, finite}
-#import meniscus::texels::texel
 #ifdef SMOOTHED
-#import meniscus::luma::{luma_byte, words_per_row}
+#import meniscus::luma::luma_byte
 #endif
 
 struct ToneMap {
@@ -16,15 +15,10 @@ struct ToneMap {
     saturation: f32,
     // 1: alpha is coverage; 0: opaque.
     transparent: u32,
-    // Of the texture of radiance.
-    row_bits: u32,
-    // Share of the light that bloom scatters.
-    bloom: f32,
-    pad0: u32,
-    pad1: u32,
     // Per channel, as in the gain.
     white_balance: vec3<f32>,
-    pad2: u32,
+    // Share of the light that bloom scatters.
+    bloom: f32,
 }
 
 @group(0) @binding(0) var<uniform> tone: ToneMap;
@@ -33,7 +27,7 @@ struct ToneMap {
 #ifdef SMOOTHED
 // The picture once more, for the pixels that anti-aliasing leaves as they are.
 @group(0) @binding(3) var<storage, read_write> display: array<u32>;
-@group(0) @binding(4) var<storage, read_write> lumas: array<u32>;
+@group(0) @binding(4) var lumas: texture_storage_2d<r32uint, write>;
 #endif
 #ifdef BLOOM
 @group(0) @binding(5) var bloom: texture_2d<f32>;
@@ -111,7 +105,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     for (var k = 0u; k < 4u; k++) {
         // At the end of a row the last pixel is done again.
         let x = min(first + k, tone.size_px.x - 1u);
-        let input = finite(textureLoad(radiance, texel(row + x, tone.row_bits), 0));
+        let input = finite(textureLoad(radiance, vec2(x, id.y), 0));
         var light = input.rgb * tone.gain;
 #ifdef BLOOM
         light = mix(light, tone.white_balance * scattered(vec2(x, id.y)), tone.bloom);
@@ -130,6 +124,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
 #endif
     }
 #ifdef SMOOTHED
-    lumas[id.y * words_per_row(tone.size_px.x) + id.x] = word;
+    textureStore(lumas, id.xy, vec4(word));
 #endif
 }

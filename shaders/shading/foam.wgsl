@@ -24,6 +24,8 @@ struct FoamLook {
 @group(0) @binding(2) var<uniform> model: FoamLook;
 // Optical depth in front, in the surface, behind, and behind times depth in spacings, in steps.
 @group(0) @binding(11) var<storage, read> foam_layers: array<vec4<u32>>;
+// Without foam.
+@group(0) @binding(13) var bare_radiance: texture_2d<f32>;
 
 const PER_STEP: f32 = 1.0 / 4096.0;
 // Share of light that foam scatters back.
@@ -102,7 +104,9 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if model.curvature > 0.0 && shows_water(id.xy) {
         layers.y += crest(id.xy, distance_at(id.xy));
     }
+    var color = textureLoad(bare_radiance, id.xy, 0);
     if layers.x + layers.y + layers.z > 0.0 {
-        radiance[index] = composed(id.xy, layers, radiance[index]);
+        color = composed(id.xy, layers, color);
     }
+    textureStore(radiance, id.xy, color);
 }

@@ -1,7 +1,7 @@
 // The entry points of lighting models, which are modules `meniscus::model`: one over all pixels of the scene, and one over those
 // that show water. A software driver would run through the water's code for pixels without any as well.
 
-#import meniscus::lighting_inputs::{camera, covered, pixel_index, radiance, shows_water}
+#import meniscus::lighting_inputs::{camera, covered, radiance, shows_water}
 #import meniscus::covered::unpack_pixel
 #ifdef WATER
 #import meniscus::model::water_radiance
@@ -12,7 +12,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
     for (var i = id.x; i < end; i += groups.x * 64u) {
         let pixel = unpack_pixel(covered.packed[i]);
         if shows_water(pixel) {
-            radiance[pixel_index(pixel)] = water_radiance(pixel);
+            textureStore(radiance, pixel, water_radiance(pixel));
         }
     }
 }
@@ -24,6 +24,6 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     if any(id.xy >= camera.size_px) {
         return;
     }
-    radiance[pixel_index(id.xy)] = scene_radiance(id.xy);
+    textureStore(radiance, id.xy, scene_radiance(id.xy));
 }
 #endif

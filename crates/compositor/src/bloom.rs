@@ -1,13 +1,13 @@
 //! Light that the lens scatters around what is bright.
 
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::{BloomLevel, RadianceTexels};
+use meniscus_gpu::role::{BloomLevel, Radiance};
 use meniscus_gpu::{
     Binding, Definition, Gpu, GpuError, HostField, HostStruct, RasterPipeline, RasterPipelineDescriptor,
     Recorder, Shader, Texture, TextureRole, host_fields, shader, wgpu,
 };
 
-use crate::compositor::{INCLUDES, ROW_BITS};
+use crate::compositor::INCLUDES;
 
 const DOWN: Shader = shader!("compositor/bloom_down");
 const UP: Shader = shader!("compositor/bloom_up");
@@ -26,12 +26,12 @@ const MAX_LEVELS: u32 = 11;
 struct DownUniform {
     source_px: [u32; 2],
     exposure: f32,
-    row_bits: u32,
+    pad: u32,
 }
 
 impl HostStruct for DownUniform {
     const WGSL_NAME: &'static str = "BloomDown";
-    const FIELDS: &'static [HostField] = host_fields!(DownUniform { source_px, exposure, row_bits });
+    const FIELDS: &'static [HostField] = host_fields!(DownUniform { source_px, exposure, pad });
 }
 
 /// WGSL: `BloomUp` in `shaders/compositor/bloom_up.wgsl`.
@@ -114,13 +114,13 @@ impl Bloom {
         gpu: &Gpu,
         recorder: &mut Recorder,
         exposure: f32,
-        radiance: &Texture<RadianceTexels>,
+        radiance: &Texture<Radiance>,
         images: &BloomImages,
     ) {
         let mut source = (&self.first, images.size, radiance.bind());
         for level in &images.halved {
             let (pipeline, source_px, texture) = source;
-            let down = recorder.uniform(&DownUniform { source_px, exposure, row_bits: ROW_BITS });
+            let down = recorder.uniform(&DownUniform { source_px, exposure, pad: 0 });
             let bindings = [("down", down), ("source", texture)];
             fill(gpu, recorder, "compositor.bloom_down", pipeline, &bindings, level);
             source = (&self.down, level.size(), level.bind());

@@ -1,9 +1,9 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use meniscus_gpu::role::{DisplayImage, LumaTexels, Radiance, RadianceTexels, Scratch};
+use meniscus_gpu::role::{DisplayImage, Lumas, Radiance, Scratch};
 use meniscus_gpu::{
     Binding, Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField,
-    HostStruct, Image, Recorder, Shader, Texture, TextureRole, covered, host_fields, shader,
+    HostStruct, Image, Recorder, Shader, Texture, covered, host_fields, shader,
 };
 
 use crate::bloom::{Bloom, BloomImages};
@@ -14,13 +14,9 @@ const FXAA_EDGES: Shader = shader!("compositor/fxaa_edges");
 const FXAA: Shader = shader!("compositor/fxaa");
 pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "compositor/light"),
-    shader!(include "compositor/texels"),
     shader!(include "compositor/luma"),
     shader!(include "compositor/edges"),
 ];
-
-/// Texels in a row of the textures that images are copied into, as a power of two: as many as every device allows.
-pub(crate) const ROW_BITS: u32 = 13;
 
 /// The parameters as the GPU sees them; WGSL: `ToneMap` in `shaders/compositor/tone_map.wgsl`.
 #[repr(C)]
@@ -31,12 +27,8 @@ struct ToneMapUniform {
     size_px: [u32; 2],
     saturation: f32,
     transparent: u32,
-    row_bits: u32,
-    bloom: f32,
-    pad0: u32,
-    pad1: u32,
     white_balance: [f32; 3],
-    pad2: u32,
+    bloom: f32,
 }
 
 impl HostStruct for ToneMapUniform {
@@ -47,12 +39,8 @@ impl HostStruct for ToneMapUniform {
         size_px,
         saturation,
         transparent,
-        row_bits,
-        bloom,
-        pad0,
-        pad1,
         white_balance,
-        pad2
+        bloom
     });
 }
 
@@ -63,16 +51,11 @@ struct SmoothingUniform {
     size_px: [u32; 2],
     luma_scale: f32,
     luma_offset: f32,
-    row_bits: u32,
-    pad_a: u32,
-    pad_b: u32,
-    pad_c: u32,
 }
 
 impl HostStruct for SmoothingUniform {
     const WGSL_NAME: &'static str = "Smoothing";
-    const FIELDS: &'static [HostField] =
-        host_fields!(SmoothingUniform { size_px, luma_scale, luma_offset, row_bits, pad_a, pad_b, pad_c });
+    const FIELDS: &'static [HostField] = host_fields!(SmoothingUniform { size_px, luma_scale, luma_offset });
 }
 
 /// Turns radiance into the display image.
@@ -99,7 +82,6 @@ struct AntiAliasing {
 #[derive(Debug)]
 struct Images {
     size: [u32; 2],
-    radiance: Texture<RadianceTexels>,
     smoothing: Option<SmoothingImages>,
     bloom: Option<BloomImages>,
 }
@@ -109,19 +91,16 @@ struct SmoothingImages {
     /// The picture before anti-aliasing.
     mapped: Image<DisplayImage>,
     /// `shaders/compositor/luma.inc.wgsl`.
-    lumas: Image<Scratch>,
-    luma_texels: Texture<LumaTexels>,
+    lumas: Texture<Lumas>,
     /// `Edges` of `shaders/compositor/edges.inc.wgsl`.
     edges: Buffer<Scratch>,
 }
 
 impl SmoothingImages {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, CompositorError> {
-        let words = [size[0].div_ceil(4), size[1]];
         Ok(Self {
             mapped: Image::new(gpu, size)?,
-            lumas: Image::new(gpu, words)?,
-            luma_texels: folded(gpu, words)?,
+            lumas: Texture::new(gpu, [size[0].div_ceil(4), size[1]])?,
             edges: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
         })
     }
@@ -166,9 +145,8 @@ impl Compositor {
             self.images = None;
             let smoothing = self.anti_aliasing.is_some().then(|| SmoothingImages::new(gpu, size));
             let bloom = self.bloom.is_some().then(|| BloomImages::new(gpu, size));
-            let radiance = folded(gpu, size)?;
             let (smoothing, bloom) = (smoothing.transpose()?, bloom.transpose()?);
-            self.images = Some(Images { size, radiance, smoothing, bloom });
+            self.images = Some(Images { size, smoothing, bloom });
         }
         Ok(())
     }
@@ -182,22 +160,20 @@ impl Compositor {
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder,
-        radiance: &Image<Radiance>,
+        radiance: &Texture<Radiance>,
         display: &Image<DisplayImage>,
     ) {
         let images = self.images_for(radiance);
         let (Some(passes), Some(smoothing)) = (&self.anti_aliasing, &images.smoothing) else {
             return self.record_as_drawn(gpu, recorder, radiance, display);
         };
-        let SmoothingImages { mapped, lumas, luma_texels, edges } = smoothing;
+        let SmoothingImages { mapped, lumas, edges } = smoothing;
         let size = images.size;
         let outputs = [("mapped", mapped.bind()), ("display", display.bind()), ("lumas", lumas.bind())];
         self.record_tone_map(gpu, recorder, radiance, images, &passes.tone_map, &outputs);
         let smoothing = recorder.uniform(&smoothing_uniform(&self.parameters, size));
         recorder.clear(gpu, "compositor.fxaa_edges", edges, 1);
-        recorder.copy_to_texture(gpu, "compositor.fxaa_edges", lumas, luma_texels);
-        let bindings =
-            [("smoothing", smoothing.clone()), ("lumas", luma_texels.bind()), ("edges", edges.bind())];
+        let bindings = [("smoothing", smoothing.clone()), ("lumas", lumas.bind()), ("edges", edges.bind())];
         recorder.compute(gpu, "compositor.fxaa_edges", &passes.edges, &bindings, words(size));
         let bindings = [
             ("smoothing", smoothing),
@@ -218,7 +194,7 @@ impl Compositor {
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder,
-        radiance: &Image<Radiance>,
+        radiance: &Texture<Radiance>,
         display: &Image<DisplayImage>,
     ) {
         let images = self.images_for(radiance);
@@ -230,32 +206,25 @@ impl Compositor {
         &self,
         gpu: &Gpu,
         recorder: &mut Recorder,
-        radiance: &Image<Radiance>,
+        radiance: &Texture<Radiance>,
         images: &Images,
         pipeline: &ComputePipeline,
         outputs: &[(&str, Binding)],
     ) {
-        recorder.copy_to_texture(gpu, "compositor.tone_map", radiance, &images.radiance);
         let tone = recorder.uniform(&tone_map_uniform(&self.parameters, images.size));
-        let mut bindings = vec![("tone", tone), ("radiance", images.radiance.bind())];
+        let mut bindings = vec![("tone", tone), ("radiance", radiance.bind())];
         bindings.extend_from_slice(outputs);
         if let (Some(bloom), Some(levels)) = (&self.bloom, &images.bloom) {
-            bloom.record(gpu, recorder, self.parameters.stops().exp2(), &images.radiance, levels);
+            bloom.record(gpu, recorder, self.parameters.stops().exp2(), radiance, levels);
             bindings.push(("bloom", levels.finest().bind()));
         }
         recorder.compute(gpu, "compositor.tone_map", pipeline, &bindings, words(images.size));
     }
 
-    fn images_for(&self, radiance: &Image<Radiance>) -> &Images {
+    fn images_for(&self, radiance: &Texture<Radiance>) -> &Images {
         let images = self.images.as_ref().filter(|images| images.size == radiance.size());
         images.unwrap_or_else(|| panic!("no room for a picture of {:?} pixels", radiance.size()))
     }
-}
-
-/// Room for the pixels of an image of `size` in rows of 2^[`ROW_BITS`].
-fn folded<R: TextureRole>(gpu: &Gpu, [width, height]: [u32; 2]) -> Result<Texture<R>, CompositorError> {
-    let rows = (u64::from(width) * u64::from(height)).div_ceil(1 << ROW_BITS);
-    Ok(Texture::new(gpu, [1 << ROW_BITS, rows.try_into().unwrap_or(u32::MAX)])?)
 }
 
 /// One invocation per word of four pixels of a row.
@@ -305,27 +274,15 @@ fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMa
         size_px: size,
         saturation: parameters.saturation,
         transparent: parameters.transparent.into(),
-        row_bits: ROW_BITS,
-        bloom: parameters.bloom,
-        pad0: 0,
-        pad1: 0,
         white_balance: parameters.white_balance,
-        pad2: 0,
+        bloom: parameters.bloom,
     }
 }
 
 fn smoothing_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> SmoothingUniform {
     // The brightness that edges are looked for in is 0 to 1.5, of which alpha has a third.
     let (luma_scale, luma_offset) = if parameters.transparent { (1.5, 0.0) } else { (1.0, 0.5) };
-    SmoothingUniform {
-        size_px: size,
-        luma_scale,
-        luma_offset,
-        row_bits: ROW_BITS,
-        pad_a: 0,
-        pad_b: 0,
-        pad_c: 0,
-    }
+    SmoothingUniform { size_px: size, luma_scale, luma_offset }
 }
 
 #[cfg(test)]

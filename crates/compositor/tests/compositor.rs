@@ -2,7 +2,7 @@
 
 use meniscus_compositor::{Compositor, CompositorParameters, ToneCurve, twin};
 use meniscus_gpu::role::{DisplayImage, Radiance};
-use meniscus_gpu::{AdapterChoice, Gpu, Image, Recorder, Timing};
+use meniscus_gpu::{AdapterChoice, Gpu, Image, Recorder, Texture, Timing};
 
 fn gpu() -> Gpu {
     Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
@@ -16,7 +16,7 @@ fn display(
 ) -> Vec<[u8; 4]> {
     let mut compositor = Compositor::new(gpu, parameters).unwrap();
     compositor.resize(gpu, size).unwrap();
-    let radiance = Image::<Radiance>::from_pixels(gpu, size, pixels).unwrap();
+    let radiance = Texture::<Radiance>::from_texels(gpu, size, pixels).unwrap();
     let display = Image::<DisplayImage>::new(gpu, size).unwrap();
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     compositor.record(gpu, &mut recorder, &radiance, &display);
@@ -255,7 +255,7 @@ fn no_bloom_costs_nothing() {
         let mut compositor = Compositor::new(&gpu, &parameters).unwrap();
         compositor.resize(&gpu, [64, 36]).unwrap();
         let bytes = gpu.memory().current() - before;
-        let radiance = Image::<Radiance>::new(&gpu, [64, 36]).unwrap();
+        let radiance = Texture::<Radiance>::new(&gpu, [64, 36]).unwrap();
         let display = Image::<DisplayImage>::new(&gpu, [64, 36]).unwrap();
         let mut recorder = Recorder::new(&gpu, Timing::Isolated);
         compositor.record(&gpu, &mut recorder, &radiance, &display);

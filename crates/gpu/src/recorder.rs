@@ -13,9 +13,7 @@ use crate::pipeline::Bindings;
 use crate::resource::Accounted;
 use crate::span::{Span, SpanRow, Spans};
 use crate::tally::Tallies;
-use crate::{
-    Buffer, ComputePipeline, Gpu, GpuError, GpuWork, Image, RasterPipeline, Role, Texture, TextureRole,
-};
+use crate::{Buffer, ComputePipeline, Gpu, GpuError, GpuWork, RasterPipeline, Role};
 
 /// A resource in a binding slot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -390,50 +388,6 @@ impl Recorder {
         let fill = self.uniform(&[value, count]);
         let groups = Dispatch::Groups(u64::from(count).div_ceil(256));
         self.compute(gpu, name, &gpu.fill, &[("fill", fill), ("words", buffer.bind())], groups);
-    }
-
-    /// Copies the pixels of `image`, one after the other, into the rows of `texture`, whatever its width: pixel `i` is texel
-    /// `(i % width, i / width)`. For passes on software drivers, which read textures several times faster than storage buffers.
-    /// No pass, so that there are no time stamps; the other clocks go to `name`.
-    ///
-    /// # Panics
-    /// If the texels are of another size than the pixels, there are fewer of them, or the rows of a texture of several are no
-    /// multiples of 256 bytes: a mistake in the stage, not in any input.
-    pub fn copy_to_texture<R: Role, T: TextureRole>(
-        &mut self,
-        gpu: &Gpu,
-        name: &str,
-        image: &Image<R>,
-        texture: &Texture<T>,
-    ) {
-        let (pixels, texel) = (image.buffer().len() as u32, size_of::<R::Element>() as u32);
-        let [width, height] = texture.size();
-        assert_eq!(T::FORMAT.block_copy_size(None), Some(texel), "{} for the pixels of {}", T::NAME, R::NAME);
-        assert!(pixels.div_ceil(width) <= height, "{pixels} pixels of {} in {width}x{height}", R::NAME);
-        self.begin_frame(gpu);
-        let mut encoder =
-            self.encoder.take().unwrap_or_else(|| gpu.device.create_command_encoder(&Default::default()));
-        // Whole rows, and what is left.
-        let rows = pixels / width;
-        for (row, [width_px, height_px]) in [(0, [width, rows]), (rows, [pixels % width, 1])] {
-            if width_px * height_px == 0 {
-                continue;
-            }
-            let layout = wgpu::TexelCopyBufferLayout {
-                offset: u64::from(row) * u64::from(width) * u64::from(texel),
-                bytes_per_row: (height_px > 1).then_some(width * texel),
-                rows_per_image: None,
-            };
-            let source = wgpu::TexelCopyBufferInfo { buffer: image.buffer().raw(), layout };
-            let mut target = texture.raw.as_image_copy();
-            target.origin.y = row;
-            let size = wgpu::Extent3d { width: width_px, height: height_px, depth_or_array_layers: 1 };
-            encoder.copy_buffer_to_texture(source, target, size);
-        }
-        self.encoder = Some(encoder);
-        if self.timing == Timing::Isolated {
-            self.run_isolated(gpu, name);
-        }
     }
 
     fn begin_frame(&mut self, gpu: &Gpu) {

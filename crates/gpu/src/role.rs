@@ -67,8 +67,6 @@ roles! {
     AttributeValues: f32, unit "the attribute's own", empty 0.0;
     /// Colours of a scale from its start to its end, linear Rec. 709.
     ColorTable: [f32; 4], unit "linear, 0 to 1", empty [0.0; 4];
-    /// Linear radiance, Rec. 709 primaries, alpha = coverage.
-    Radiance: [f32; 4], unit "linear, relative", empty [0.0; 4];
     /// Display image, sRGB transfer, 8 bits per channel, red in the lowest byte.
     DisplayImage: u32, unit "sRGB rgba8", empty 0;
     /// Raw numbers private to one pass chain.
@@ -123,10 +121,10 @@ texture_roles! {
     SceneColor: Rgba16Float as [f16; 4], unit "linear radiance, Rec. 709";
     /// Distance of the opaque scene along the view axis; MAX = sky.
     SceneDistance: R32Float as f32, unit "world units along the view axis";
-    /// The pixels of [`Radiance`], folded into rows of a fixed length ([`crate::Recorder::copy_to_texture`]).
-    RadianceTexels: Rgba32Float as [f32; 4], unit "linear, relative";
-    /// Brightness of four neighbours in a row of the picture, a byte each; folded as above.
-    LumaTexels: R32Uint as u32, unit "4 x 8 bits";
+    /// Linear radiance, Rec. 709 primaries, alpha = coverage.
+    Radiance: Rgba32Float as [f32; 4], unit "linear, relative";
+    /// Brightness of four neighbours in a row of the picture, a byte each.
+    Lumas: R32Uint as u32, unit "4 x 8 bits";
     /// A level of the pyramid that bloom is made of.
     BloomLevel: Rgba16Float as [f16; 4], unit "linear radiance, exposed, Rec. 709";
     /// Depth attachment of the opaque scene, reversed z.

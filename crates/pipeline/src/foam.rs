@@ -3,7 +3,7 @@
 use glam::Vec3;
 use meniscus_core::{Aabb, Choice, FrameRequest, Look, SeriesSpace, SetFrame};
 use meniscus_gpu::role::{FoamDrop, FoamDrops, FoamLayers, Radiance};
-use meniscus_gpu::{Binding, Buffer, Gpu, GpuError, Image, Recorder};
+use meniscus_gpu::{Binding, Buffer, Gpu, GpuError, Image, Recorder, Texture};
 use meniscus_lod::{ChunkedSet, FoamOptions, LodParams, Mode, foam};
 use meniscus_shading::{FoamLook, FoamPass, LightingInputs, WaterScale};
 use meniscus_ssfr::{FoamSplats, FoamUniform, SurfaceImages};
@@ -247,18 +247,29 @@ pub(crate) struct FoamStage {
     splats: FoamSplats,
     pass: FoamPass,
     layers: Image<FoamLayers>,
+    bare_radiance: Texture<Radiance>,
 }
 
 impl FoamStage {
     pub(crate) fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, PipelineError> {
-        Ok(Self { splats: FoamSplats::new(gpu), pass: FoamPass::new(gpu)?, layers: Image::new(gpu, size)? })
+        Ok(Self {
+            splats: FoamSplats::new(gpu),
+            pass: FoamPass::new(gpu)?,
+            layers: Image::new(gpu, size)?,
+            bare_radiance: Texture::new(gpu, size)?,
+        })
+    }
+
+    /// Where the picture without foam is to be.
+    pub(crate) fn bare_radiance(&self) -> &Texture<Radiance> {
+        &self.bare_radiance
     }
 
     pub(crate) fn size(&self) -> [u32; 2] {
         self.layers.size()
     }
 
-    /// Draws the drops of `pages` over `radiance`, which was lit from `inputs` and the surface in `images`.
+    /// Draws the drops of `pages` over [`Self::bare_radiance`], which was lit from `inputs` and the surface in `images`: `radiance`.
     #[expect(clippy::too_many_arguments, reason = "inputs and outputs of two passes, each used once")]
     pub(crate) fn record(
         &self,
@@ -269,9 +280,9 @@ impl FoamStage {
         images: &SurfaceImages,
         inputs: &LightingInputs<'_>,
         look: &FoamLook,
-        radiance: &Image<Radiance>,
+        radiance: &Texture<Radiance>,
     ) {
         self.splats.record(recorder, gpu, camera, pages, images, inputs.scene_distance, &self.layers);
-        self.pass.record(gpu, recorder, inputs, &self.layers, look, radiance);
+        self.pass.record(gpu, recorder, inputs, &self.layers, look, &self.bare_radiance, radiance);
     }
 }

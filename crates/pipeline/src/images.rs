@@ -16,7 +16,7 @@ pub(crate) struct FrameImages {
     pub(crate) sunlight: Texture<Sunlight>,
     /// A single pixel, for light that nothing changes.
     pub(crate) no_shadow: Texture<Sunlight>,
-    pub(crate) radiance: Image<Radiance>,
+    pub(crate) radiance: Texture<Radiance>,
     pub(crate) display: Image<DisplayImage>,
 }
 
@@ -30,7 +30,7 @@ impl FrameImages {
             no_color: Texture::new(gpu, [1, 1])?,
             sunlight: Texture::new(gpu, SunlightPass::size_blocks(size))?,
             no_shadow: Texture::from_texels(gpu, [1, 1], &[Sunlight::UNCHANGED])?,
-            radiance: Image::new(gpu, size)?,
+            radiance: Texture::new(gpu, size)?,
             display: Image::new(gpu, size)?,
         })
     }

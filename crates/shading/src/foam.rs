@@ -4,7 +4,7 @@ use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{FoamLayers, Radiance};
 use meniscus_gpu::{
     ComputePipeline, ComputePipelineDescriptor, Dispatch, Gpu, HostField, HostStruct, Image, Recorder,
-    Shader, host_fields, shader,
+    Shader, Texture, host_fields, shader,
 };
 
 use crate::{INCLUDES, LightingInputs, ShadingError, WaterScale};
@@ -66,7 +66,8 @@ impl FoamPass {
         Ok(Self { pipeline: gpu.compute_pipeline(&descriptor)? })
     }
 
-    /// Records `shading.foam`, which draws `layers` over `radiance`.
+    /// Records `shading.foam`, which draws `layers` over `bare`: `output`, another texture of its size.
+    #[expect(clippy::too_many_arguments, reason = "inputs and output of one pass")]
     pub fn record(
         &self,
         gpu: &Gpu,
@@ -74,13 +75,15 @@ impl FoamPass {
         inputs: &LightingInputs<'_>,
         layers: &Image<FoamLayers>,
         look: &FoamLook,
-        radiance: &Image<Radiance>,
+        bare: &Texture<Radiance>,
+        output: &Texture<Radiance>,
     ) {
         let mut bindings = inputs.bindings(recorder);
         bindings.extend([
             ("model", recorder.uniform(look)),
             ("foam_layers", layers.bind()),
-            ("radiance", radiance.bind()),
+            ("bare_radiance", bare.bind()),
+            ("radiance", output.bind()),
         ]);
         bindings.retain(|(name, _)| self.pipeline.binds(name));
         let size = Dispatch::Pixels(inputs.camera.size_px);

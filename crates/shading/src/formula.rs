@@ -2,8 +2,8 @@ use std::fmt::Debug;
 
 use meniscus_gpu::role::Radiance;
 use meniscus_gpu::{
-    ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, HostStruct, Image,
-    Recorder, Shader, covered, shader,
+    ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, HostStruct, Recorder,
+    Shader, Texture, covered, shader,
 };
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
@@ -182,7 +182,7 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         gpu: &Gpu,
         recorder: &mut Recorder,
         inputs: &LightingInputs<'_>,
-        output: &Image<Radiance>,
+        output: &Texture<Radiance>,
     ) {
         let uniform = self.model.parameters.uniform(inputs.scale, inputs.surroundings);
         let mut bindings = inputs.bindings(recorder);

@@ -2,7 +2,7 @@ use meniscus_core::Aabb;
 use meniscus_gpu::role::{
     EyeDistance, Radiance, SceneColor, SceneDistance, Scratch, Sunlight, SurfaceColor, Thickness, ViewNormal,
 };
-use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Image, Recorder, Texture};
+use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Recorder, Texture};
 
 use crate::twin::TwinInput;
 use crate::{EnvironmentMap, ObjectBounds, ShadingError, Surroundings};
@@ -168,7 +168,7 @@ pub trait LightingPass: Send + Sync {
         gpu: &Gpu,
         recorder: &mut Recorder,
         inputs: &LightingInputs<'_>,
-        output: &Image<Radiance>,
+        output: &Texture<Radiance>,
     );
 
     /// What the water takes of light that comes up from inside of it, per channel, 1 / world unit: how deep bubbles show. Unless a

@@ -2,7 +2,7 @@ use glam::{Mat4, Vec2, Vec3};
 use half::f16;
 use meniscus_core::{Aabb, Camera};
 use meniscus_gpu::role::{NO_SURFACE, Radiance, SceneColor, SceneDistance, Sunlight};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, Timing, covered};
+use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture, Timing, covered};
 use meniscus_scene::Scene;
 
 use crate::twin::TwinInput;
@@ -167,20 +167,17 @@ impl Frame {
     /// # Errors
     /// The GPU's.
     pub fn draw(&self, gpu: &Gpu, pass: &dyn LightingPass) -> Result<Vec<[f32; 4]>, ShadingError> {
-        // What a pass forgets to write is then seen.
-        let nothing = vec![[-1.0; 4]; self.scene_color.len()];
-        self.draw_over(gpu, &nothing, |recorder, inputs, output| pass.record(gpu, recorder, inputs, output))
+        self.draw_with(gpu, |recorder, inputs, output| pass.record(gpu, recorder, inputs, output))
     }
 
-    /// What passes make of a picture that is `radiance` before.
+    /// What the passes that `record` records make of it.
     ///
     /// # Errors
     /// The GPU's.
-    pub fn draw_over(
+    pub fn draw_with(
         &self,
         gpu: &Gpu,
-        radiance: &[[f32; 4]],
-        record: impl FnOnce(&mut Recorder, &LightingInputs<'_>, &Image<Radiance>),
+        record: impl FnOnce(&mut Recorder, &LightingInputs<'_>, &Texture<Radiance>),
     ) -> Result<Vec<[f32; 4]>, ShadingError> {
         let size = self.camera.size_px;
         let halves: Vec<_> = self.scene_color.iter().map(|color| color.map(f16::from_f32)).collect();
@@ -206,7 +203,8 @@ impl Frame {
             sunlight: &Texture::from_texels(gpu, sunlight_size, &self.sunlight)?,
             has_sunlight: self.sunlight != [Sunlight::UNCHANGED],
         };
-        let output = Image::from_pixels(gpu, size, radiance)?;
+        // What a pass forgets to write is then seen.
+        let output = Texture::from_texels(gpu, size, &vec![[-1.0; 4]; self.scene_color.len()])?;
         let mut recorder = Recorder::new(gpu, Timing::Stamps);
         record(&mut recorder, &inputs, &output);
         let _ = recorder.submit(gpu)?;

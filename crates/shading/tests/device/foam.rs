@@ -3,7 +3,7 @@
 use glam::Vec3;
 use meniscus_core::{Aabb, Camera};
 use meniscus_gpu::role::{FoamDrop, FoamLayers, Radiance};
-use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder};
+use meniscus_gpu::{CameraUniform, Gpu, Image, Recorder, Texture};
 use meniscus_scene::Scene;
 use meniscus_shading::conformance::{Frame, cast};
 use meniscus_shading::twin::foam;
@@ -30,10 +30,11 @@ fn pool(scene: &Scene) -> Frame {
 fn draw(gpu: &Gpu, frame: &Frame, layers: &[[u32; 4]], look: &FoamLook, radiance: [f32; 4]) -> Vec<[f32; 4]> {
     let layers = Image::<FoamLayers>::from_pixels(gpu, SIZE, layers).unwrap();
     let pass = FoamPass::new(gpu).unwrap();
-    let record = |recorder: &mut Recorder, inputs: &LightingInputs<'_>, output: &Image<Radiance>| {
-        pass.record(gpu, recorder, inputs, &layers, look, output);
+    let bare = Texture::from_texels(gpu, SIZE, &[radiance; PIXELS]).unwrap();
+    let record = |recorder: &mut Recorder, inputs: &LightingInputs<'_>, output: &Texture<Radiance>| {
+        pass.record(gpu, recorder, inputs, &layers, look, &bare, output);
     };
-    frame.draw_over(gpu, &[radiance; PIXELS], record).unwrap()
+    frame.draw_with(gpu, record).unwrap()
 }
 
 fn of_twin(frame: &Frame, layers: &[[u32; 4]], look: &FoamLook, radiance: [f32; 4]) -> Vec<[f32; 4]> {

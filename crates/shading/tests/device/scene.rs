@@ -6,7 +6,7 @@ use crate::support::{draw_scene, gpu, tiled_scene, world_ray};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Sunlight, Thickness, ViewNormal};
-use meniscus_gpu::{Buffer, CameraUniform, Image, Recorder, Texture, Timing, covered};
+use meniscus_gpu::{Buffer, CameraUniform, Recorder, Texture, Timing, covered};
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
 use meniscus_shading::{EnvironmentMap, Fluid, LightingInputs, LightingModel, Surroundings, WaterScale};
 
@@ -22,7 +22,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     let thickness = Texture::<Thickness>::from_texels(&gpu, SIZE, &vec![1e9; pixels]).unwrap();
     let normal = Texture::<ViewNormal>::from_texels(&gpu, SIZE, &vec![0; pixels]).unwrap();
     let sunlight = Texture::<Sunlight>::from_texels(&gpu, [1, 1], &[Sunlight::UNCHANGED]).unwrap();
-    let output = Image::<Radiance>::new(&gpu, SIZE).unwrap();
+    let output = Texture::<Radiance>::new(&gpu, SIZE).unwrap();
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);
     let inputs = LightingInputs {
         camera,
