@@ -32,9 +32,6 @@ pub struct SurfaceImages {
     pub(crate) reduced: ReducedImages,
 }
 
-/// Words of a block's sum: where two blocks share one addition, each has room for a part of the next one's.
-const WORDS_PER_SUM: usize = 2;
-
 /// The thickness while it is summed and smoothed, at reduced size.
 #[derive(Debug)]
 pub(crate) struct ReducedImages {
@@ -94,12 +91,14 @@ impl SurfaceImages {
 impl ReducedImages {
     fn new(gpu: &Gpu, full: [u32; 2], scale: u32) -> Result<Self, GpuError> {
         let size = full.map(|side| side.div_ceil(scale));
+        // Where two blocks share one addition, each has room for a part of the next one's.
+        let words_per_sum = if gpu.has_wide_atomics() { 2 } else { 1 };
         Ok(Self {
             scale,
             size,
             surface: Texture::new(gpu, size)?,
             limit: Image::new(gpu, size)?,
-            sum: Buffer::new(gpu, WORDS_PER_SUM * size[0] as usize * size[1] as usize)?,
+            sum: Buffer::new(gpu, words_per_sum * size[0] as usize * size[1] as usize)?,
             resolved: Texture::new(gpu, size)?,
             smoothed: [Texture::new(gpu, size)?, Texture::new(gpu, size)?],
         })
