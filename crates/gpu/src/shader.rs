@@ -241,7 +241,7 @@ mod tests {
         assert!(!passes.is_empty() && !models.is_empty() && of_models.len() == 1);
         let water = Definition { name: "WATER", value: 1 };
         let alone = passes.iter().flat_map(|pass| {
-            [&[][..], &[COUNT]].map(|definitions| compose(pass, &includes, definitions).err())
+            [&[][..], &[COUNT], &[HARDWARE]].map(|definitions| compose(pass, &includes, definitions).err())
         });
         let with_models = models.iter().flat_map(|model| {
             let includes: Vec<_> = includes.iter().chain([model]).copied().collect();
