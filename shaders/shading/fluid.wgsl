@@ -14,10 +14,10 @@
 #import meniscus::reflected_objects::reflected_object
 #endif
 #import meniscus::reflection::{environment, mirrored, sun_glint}
-#import meniscus::refraction::{Path, background, refracted_path}
+#import meniscus::refraction::{Path, background_over, footprint_at_end, refracted_path}
 #import meniscus::shadow::{shadow, sky_at}
 #import meniscus::sky::Sky
-#import meniscus::water::{WaterPoint, water_point}
+#import meniscus::water::{WaterPoint, faced, water_point}
 
 struct Fluid {
     medium: Medium,
@@ -112,10 +112,14 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     // The mean normal: differences between single pixels are mostly noise.
     let around = neighbourhood(pixel, distance, model.spacing_world);
     let water = water_point(camera, pixel, distance, around.normal_sum);
-    let calm = water_point(camera, pixel, distance, calmed(pixel, water.normal_view));
+    let normals = calmed(pixel, water.normal_view, around.to_right, around.to_below);
+    let calm = water_point(camera, pixel, distance, normals.own);
     let path = refracted_path(calm, thickness, model.refractive_index, model.refraction_scale, model.spacing_world);
+    let right = faced(normals.right, calm.to_eye_view);
+    let below = faced(normals.below, calm.to_eye_view);
+    let footprint = footprint_at_end(calm, path, right, below, model.refractive_index, model.refraction_scale);
     let dim = shadow(path.end_px, path.length_world, model.medium, model.shadow_extinction, MAX_SHADOW);
-    let behind = dim * wet(path) * background(path.end_px, path.nearest_distance, scene.rgb);
+    let behind = dim * wet(path) * background_over(path.end_px, footprint, path.nearest_distance, scene.rgb);
     let color = shade(sky_at(pixel), water, around, behind, path.length_world, attribute_color(pixel));
     return mix(scene * vec4(dim, 1.0), vec4(color, 1.0), coverage(thickness, model.spacing_world));
 }

@@ -16,6 +16,9 @@ const MAX_DROP_PX: f32 = 64.0;
 struct Neighbourhood {
     // Sum over this pixel and those of its four neighbours that lie on the same surface.
     normal_sum: vec3<f32>,
+    // How the normal changes from pixel to pixel on this surface, to the right and down.
+    to_right: vec3<f32>,
+    to_below: vec3<f32>,
     // Mean squared difference of the neighbours' to this pixel's.
     spread: f32,
     // 1: everything around lies behind, as around a drop; about 0.5 at a straight edge, 0 within a surface.
@@ -29,6 +32,8 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32, spacing_world: f32) -> Neighbo
     let offsets = array(vec2(-1, 0), vec2(1, 0), vec2(0, -1), vec2(0, 1));
     let center = normal_at(pixel);
     var sum = center;
+    var to_right = vec3(0.0);
+    var to_below = vec3(0.0);
     var spread = 0.0;
     for (var k = 0; k < 4; k++) {
         let at = vec2<u32>(clamp(vec2<i32>(pixel) + i32(stride_px) * offsets[k], vec2(0), last));
@@ -36,6 +41,8 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32, spacing_world: f32) -> Neighbo
         let normal = select(center, normal_at(at), same);
         let delta = normal - center;
         sum += normal;
+        to_right += f32(offsets[k].x) * normal;
+        to_below += f32(offsets[k].y) * normal;
         spread += 0.25 * select(EDGE_SPREAD, dot(delta, delta), same);
     }
     let far_px = i32(clamp(DROP_SPACINGS * spacing_px, 2.0, MAX_DROP_PX));
@@ -50,5 +57,6 @@ fn neighbourhood(pixel: vec2<u32>, distance: f32, spacing_world: f32) -> Neighbo
         let below = dot(plane, position - view_position(camera, vec2<f32>(at) + 0.5, other));
         isolation += 0.25 * clamp(below / max(spacing_world, 1e-6 * distance) - 1.0, 0.0, 1.0);
     }
-    return Neighbourhood(sum, spread, isolation);
+    let per_px = 0.5 / stride_px;
+    return Neighbourhood(sum, per_px * to_right, per_px * to_below, spread, isolation);
 }

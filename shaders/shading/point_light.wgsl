@@ -10,9 +10,9 @@
 #import meniscus::medium::{Medium, transmitted}
 #import meniscus::neighbourhood::neighbourhood
 #import meniscus::reflection::{environment, mirrored}
-#import meniscus::refraction::{background, refracted_path}
+#import meniscus::refraction::{background_over, footprint_at_end, refracted_path}
 #import meniscus::shadow::{shadow, sky_at}
-#import meniscus::water::water_point
+#import meniscus::water::{faced, water_point}
 
 struct PointLight {
     medium: Medium,
@@ -65,8 +65,11 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let highlight = select(0.0, pow(theta, model.shininess), cos_i > 0.0);
 
     let path = refracted_path(water, thickness_at(pixel), model.refractive_index, model.refraction_scale, model.spacing_world);
+    let right = faced(water.normal_view + around.to_right, water.to_eye_view);
+    let below = faced(water.normal_view + around.to_below, water.to_eye_view);
+    let footprint = footprint_at_end(water, path, right, below, model.refractive_index, model.refraction_scale);
     let dim = shadow(path.end_px, path.length_world, model.medium, model.shadow_extinction, MAX_SHADOW);
-    let behind = dim * background(path.end_px, path.nearest_distance, scene.rgb);
+    let behind = dim * background_over(path.end_px, footprint, path.nearest_distance, scene.rgb);
     let refracted = tinted(sky, transmitted(model.medium, sky, normal, behind, path.length_world), tint, normal);
     let mirror = environment(position, mirrored(normal, to_eye), 0.0);
     let left = reflectance * mix(1.0, COLOR_MIRROR, tint.a);

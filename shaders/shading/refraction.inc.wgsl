@@ -52,28 +52,47 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
     return March(reach, seen);
 }
 
-// Scene colour around `px`, bilinear over the samples no nearer than `nearest_distance`; `fallback` if all are. Without objects
-// nothing lies in front of anything.
-fn background(px: vec2<f32>, nearest_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
+// What a pixel of water covers of the picture of the scene, as far as it is wider than a pixel: vectors along its sides, pixels.
+struct Footprint {
+    along: vec2<f32>,
+    beside: vec2<f32>,
+}
+
+// From this length of its longer side on, a footprint is sampled as such; below, bilinear sampling is as good.
+const WIDE_PX: f32 = 1.5;
+// Longer ones are cut: they come from normals that jump.
+const MOST_PX: f32 = 64.0;
+
+// Scene colour over a footprint around `px`, by four samples no two of which lie in one row or column of it, or bilinear, of what
+// is no nearer than `nearest_distance`; `fallback` if all is. Without objects nothing lies in front of anything.
+fn background_over(px: vec2<f32>, footprint: Footprint, nearest_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
     let corner = px - 0.5;
     let base = floor(corner);
     let f = corner - base;
     let last = vec2<i32>(camera.size_px) - 1;
+    let is_wide = dot(footprint.along, footprint.along) > WIDE_PX * WIDE_PX;
     var sum = vec4(0.0);
     for (var k = 0; k < 4; k++) {
-        let offset = vec2(k & 1, k >> 1u);
-        let at = clamp(vec2<i32>(base) + offset, vec2(0), last);
-        let weights = mix(1.0 - f, f, vec2<f32>(offset));
+        let offset = vec2<f32>(vec2(k & 1, k >> 1u));
+        let bilinear = mix(1.0 - f, f, offset);
+        let place = vec2(f32(k), f32((2 * k + 1) % 5)) - 1.5;
+        let spread = px + 0.25 * (place.x * footprint.along + place.y * footprint.beside);
+        let at = clamp(vec2<i32>(floor(select(base + offset, spread, is_wide))), vec2(0), last);
 #ifdef OBJECTS
         let behind = textureLoad(scene_distance, at, 0).x >= nearest_distance;
 #else
         let behind = true;
 #endif
         // A weight that is never quite zero keeps the quotient below defined.
-        let weight = select(0.0, weights.x * weights.y + 1e-4, behind);
+        let weight = select(0.0, select(bilinear.x * bilinear.y + 1e-4, 0.25, is_wide), behind);
         sum += weight * vec4(textureLoad(scene_color, at, 0).rgb, 1.0);
     }
     return select(fallback, sum.rgb / max(sum.a, 1e-4), sum.a > 0.0);
+}
+
+// Scene colour in the point `px`.
+fn background(px: vec2<f32>, nearest_distance: f32, fallback: vec3<f32>) -> vec3<f32> {
+    return background_over(px, Footprint(vec2(0.0), vec2(0.0)), nearest_distance, fallback);
 }
 
 // The refracted path in the water.
@@ -85,13 +104,34 @@ struct Path {
     end_px: vec2<f32>,
     // What lies nearer there is in front of the water or of the end.
     nearest_distance: f32,
+    // Unit, view space.
+    direction_view: vec3<f32>,
+    // Length of the path up to `end_px`.
+    seen_world: f32,
+}
+
+// `scale` is how much of the bending is applied.
+fn refracted(water: WaterPoint, normal_view: vec3<f32>, refractive_index: f32, scale: f32) -> vec3<f32> {
+    let incident = -water.to_eye_view;
+    return normalize(mix(incident, refract(incident, normal_view, 1.0 / refractive_index), scale));
+}
+
+// What the pixel covers at the end of its path, from where paths as long would end that begin with the normals of the pixels to
+// its right and below it.
+fn footprint_at_end(water: WaterPoint, path: Path, right_view: vec3<f32>, below_view: vec3<f32>, refractive_index: f32, scale: f32) -> Footprint {
+    let end = project_px(camera, water.position_view + path.seen_world * path.direction_view);
+    let of_right = water.position_view + path.seen_world * refracted(water, right_view, refractive_index, scale);
+    let of_below = water.position_view + path.seen_world * refracted(water, below_view, refractive_index, scale);
+    let right = clamp(project_px(camera, of_right) - end + vec2(1.0, 0.0), vec2(-MOST_PX), vec2(MOST_PX));
+    let below = clamp(project_px(camera, of_below) - end + vec2(0.0, 1.0), vec2(-MOST_PX), vec2(MOST_PX));
+    let is_flat = dot(right, right) >= dot(below, below);
+    return Footprint(select(below, right, is_flat), select(right, below, is_flat));
 }
 
 // `refraction_scale` is how much of the bending is applied; what is finer than `spacing_world` is not resolved.
 fn refracted_path(water: WaterPoint, thickness: f32, refractive_index: f32, refraction_scale: f32, spacing_world: f32) -> Path {
     let incident = -water.to_eye_view;
-    let bent = refract(incident, water.normal_view, 1.0 / refractive_index);
-    let direction = normalize(mix(incident, bent, refraction_scale));
+    let direction = refracted(water, water.normal_view, refractive_index, refraction_scale);
     // The floor is known exactly, and better not left to the march: from a grazing view its first step may end so deep below
     // the floor that the floor seen there lies in front of the water.
     let position = point_to_world(water.position_view);
@@ -108,5 +148,5 @@ fn refracted_path(water: WaterPoint, thickness: f32, refractive_index: f32, refr
     let end_px = clamp(project_px(camera, end), vec2(0.0), vec2<f32>(camera.size_px));
     let tolerance = select(spacing_world + 0.25 * march.seen_world, 0.0, march.seen_world < march.length_world);
     let nearest_distance = max(water.distance, -end.z - tolerance);
-    return Path(march.length_world, floor_reach - march.length_world, end_px, nearest_distance);
+    return Path(march.length_world, floor_reach - march.length_world, end_px, nearest_distance, direction, march.seen_world);
 }

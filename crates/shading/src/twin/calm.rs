@@ -69,22 +69,42 @@ fn block_normal(input: &TwinInput<'_>, block: IVec2, spacing_world: f32) -> Vec3
         .unwrap_or(Vec3::NEG_Z)
 }
 
-/// The calm normal of a pixel whose own is the unit vector `normal_view`; not of unit length.
-pub(super) fn calmed(input: &TwinInput<'_>, pixel: [u32; 2], normal_view: Vec3, spacing_world: f32) -> Vec3 {
+/// Calm normals of a pixel and of those to its right and below it; not of unit length.
+pub(super) struct Calm {
+    pub own: Vec3,
+    pub right: Vec3,
+    pub below: Vec3,
+}
+
+fn calming(block: Vec3, own: Vec3, share: Vec2) -> Vec3 {
+    share.x * share.y * smoothstep(OTHER, SAME, block.dot(own)) * (block - own)
+}
+
+/// Of a pixel whose own normal is the unit vector `normal_view`, which changes by `to_right` and `to_below` from pixel to pixel.
+pub(super) fn calmed(
+    input: &TwinInput<'_>,
+    pixel: [u32; 2],
+    normal_view: Vec3,
+    [to_right, to_below]: [Vec3; 2],
+    spacing_world: f32,
+) -> Calm {
     let corner = center_px(pixel) / BLOCK_PX as f32 - 0.5;
     let base = corner.floor();
     let f = corner - base;
     let last = (input.size() - 1) / BLOCK_PX as i32;
-    let (mut sum, mut own) = (Vec3::ZERO, 1.0);
+    let (right, below) = (normal_view + to_right, normal_view + to_below);
+    let mut calm = Calm { own: normal_view, right, below };
     for offset in [IVec2::ZERO, IVec2::X, IVec2::Y, IVec2::ONE] {
         let block = (base.as_ivec2() + offset).clamp(IVec2::ZERO, last);
         let normal = block_normal(input, block, spacing_world);
         let along = |axis: usize| if offset[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
-        let weight = along(0) * along(1) * smoothstep(OTHER, SAME, normal.dot(normal_view));
-        sum += weight * normal;
-        own -= weight;
+        let share = Vec2::new(along(0), along(1));
+        let growth = (2.0 * offset.as_vec2() - 1.0) / BLOCK_PX as f32;
+        calm.own += calming(normal, normal_view, share);
+        calm.right += calming(normal, right, share + Vec2::new(growth.x, 0.0));
+        calm.below += calming(normal, below, share + Vec2::new(0.0, growth.y));
     }
-    sum + own * normal_view
+    calm
 }
 
 #[cfg(test)]
@@ -119,7 +139,11 @@ mod tests {
                     return [0.0; 4];
                 }
                 let own = unpack_normal(input.normal[index]);
-                let normal = if is_calm { calmed(input, pixel, own, SPACING).normalize() } else { own };
+                let normal = if is_calm {
+                    calmed(input, pixel, own, [Vec3::ZERO; 2], SPACING).own.normalize()
+                } else {
+                    own
+                };
                 to_world.transform_vector3(normal).extend(1.0).to_array()
             })
         };

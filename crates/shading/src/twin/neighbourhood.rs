@@ -14,6 +14,8 @@ const MAX_DROP_PX: f32 = 64.0;
 /// The normals around a pixel.
 pub(super) struct Neighbourhood {
     pub normal_sum: Vec3,
+    pub to_right: Vec3,
+    pub to_below: Vec3,
     pub spread: f32,
     pub isolation: f32,
 }
@@ -30,11 +32,14 @@ pub(super) fn neighbourhood(
     let offsets = [IVec2::NEG_X, IVec2::X, IVec2::NEG_Y, IVec2::Y];
     let center = unpack_normal(input.normal[input.index(at)]);
     let (mut sum, mut spread) = (center, 0.0);
+    let (mut to_right, mut to_below) = (Vec3::ZERO, Vec3::ZERO);
     for offset in offsets {
         let index = input.clamped(at + stride_px as i32 * offset);
         let same = (input.distance[index] - distance).abs() <= 2.0 * spacing_world;
         let normal = if same { unpack_normal(input.normal[index]) } else { center };
         sum += normal;
+        to_right += offset.x as f32 * normal;
+        to_below += offset.y as f32 * normal;
         spread += 0.25 * if same { normal.distance_squared(center) } else { EDGE_SPREAD };
     }
     let far_px = (DROP_SPACINGS * spacing_px).clamp(2.0, MAX_DROP_PX) as i32;
@@ -50,5 +55,7 @@ pub(super) fn neighbourhood(
         let soft = spacing_world.max(1e-6 * distance);
         isolation += 0.25 * (below / soft - 1.0).clamp(0.0, 1.0);
     }
-    Neighbourhood { normal_sum: sum, spread, isolation }
+    let per_px = 0.5 / stride_px;
+    let (to_right, to_below) = (per_px * to_right, per_px * to_below);
+    Neighbourhood { normal_sum: sum, to_right, to_below, spread, isolation }
 }

@@ -7,10 +7,10 @@ use super::brdf::fresnel_dielectric;
 use super::medium::transmitted;
 use super::neighbourhood::neighbourhood;
 use super::reflection::mirrored;
-use super::refraction::{background, refracted_path};
+use super::refraction::{background_over, footprint_at_end, refracted_path};
 use super::shadow::{shadow, sky_at};
 use super::view::{point_to_world, to_world};
-use super::water::{center_px, coverage, over, water_point};
+use super::water::{center_px, coverage, faced, over, water_point};
 use super::{TwinInput, mix};
 use crate::models::PointLightUniform;
 
@@ -52,8 +52,13 @@ pub(crate) fn shade_pixel(model: &PointLightUniform, input: &TwinInput<'_>, pixe
         model.refraction_scale,
         model.spacing_world,
     );
+    let beside =
+        [around.to_right, around.to_below].map(|to| faced(water.normal_view + to, water.to_eye_view));
+    let footprint =
+        footprint_at_end(input, &water, &path, beside, model.refractive_index, model.refraction_scale);
     let dim = shadow(path.end_px, path.length_world);
-    let behind = dim * background(input, path.end_px, path.nearest_distance, scene.truncate());
+    let behind =
+        dim * background_over(input, path.end_px, &footprint, path.nearest_distance, scene.truncate());
     let clear = transmitted(&model.medium, sky, normal, behind, path.length_world);
     let refracted = tinted(sky, clear, tint, normal);
     let direction = mirrored(input.surroundings, normal, to_eye);

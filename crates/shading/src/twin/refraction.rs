@@ -52,23 +52,48 @@ fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach:
     March { length_world: reach, seen_world: seen }
 }
 
-/// Scene colour around `px`.
-pub(super) fn background(input: &TwinInput<'_>, px: Vec2, nearest_distance: f32, fallback: Vec3) -> Vec3 {
+/// What a pixel of water covers of the picture of the scene.
+pub(super) struct Footprint {
+    pub along: Vec2,
+    pub beside: Vec2,
+}
+
+const WIDE_PX: f32 = 1.5;
+const MOST_PX: f32 = 64.0;
+
+/// Scene colour over a footprint around `px`.
+pub(super) fn background_over(
+    input: &TwinInput<'_>,
+    px: Vec2,
+    footprint: &Footprint,
+    nearest_distance: f32,
+    fallback: Vec3,
+) -> Vec3 {
     let corner = px - 0.5;
     let base = corner.floor();
     let f = corner - base;
+    let is_wide = footprint.along.length_squared() > WIDE_PX * WIDE_PX;
     let (mut sum, mut total) = (Vec3::ZERO, 0.0);
     for k in 0..4 {
         let offset = IVec2::new(k & 1, k >> 1);
-        let at = input.clamped(base.as_ivec2() + offset);
+        let place = Vec2::new(k as f32, ((2 * k + 1) % 5) as f32) - 1.5;
+        let spread = px + 0.25 * (place.x * footprint.along + place.y * footprint.beside);
+        let at = if is_wide { spread.floor() } else { base + offset.as_vec2() };
+        let at = input.clamped(at.as_ivec2());
         let along = |axis: usize| if offset[axis] == 1 { f[axis] } else { 1.0 - f[axis] };
         if input.objects.is_none() || input.scene_distance[at] >= nearest_distance {
-            let weight = along(0) * along(1) + 1e-4;
+            let weight = if is_wide { 0.25 } else { along(0) * along(1) + 1e-4 };
             sum += weight * input.scene_rgb(at);
             total += weight;
         }
     }
     if total > 0.0 { sum / total } else { fallback }
+}
+
+/// Scene colour in the point `px`.
+pub(super) fn background(input: &TwinInput<'_>, px: Vec2, nearest_distance: f32, fallback: Vec3) -> Vec3 {
+    let point = Footprint { along: Vec2::ZERO, beside: Vec2::ZERO };
+    background_over(input, px, &point, nearest_distance, fallback)
 }
 
 /// The refracted path in the water.
@@ -77,6 +102,36 @@ pub(super) struct Path {
     pub to_floor_world: f32,
     pub end_px: Vec2,
     pub nearest_distance: f32,
+    pub direction_view: Vec3,
+    pub seen_world: f32,
+}
+
+fn refracted(water: &WaterPoint, normal_view: Vec3, refractive_index: f32, scale: f32) -> Vec3 {
+    let incident = -water.to_eye_view;
+    mix(incident, refract(incident, normal_view, 1.0 / refractive_index), scale).normalize()
+}
+
+/// What the pixel covers at the end of its path, with the normals of the pixels to its right and below it.
+pub(super) fn footprint_at_end(
+    input: &TwinInput<'_>,
+    water: &WaterPoint,
+    path: &Path,
+    beside_view: [Vec3; 2],
+    refractive_index: f32,
+    scale: f32,
+) -> Footprint {
+    let end_of =
+        |direction: Vec3| project_px(input.camera, water.position_view + path.seen_world * direction);
+    let end = end_of(path.direction_view);
+    let ends = beside_view.map(|normal| end_of(refracted(water, normal, refractive_index, scale)));
+    let most = Vec2::splat(MOST_PX);
+    let right = (ends[0] - end + Vec2::X).clamp(-most, most);
+    let below = (ends[1] - end + Vec2::Y).clamp(-most, most);
+    if right.length_squared() >= below.length_squared() {
+        Footprint { along: right, beside: below }
+    } else {
+        Footprint { along: below, beside: right }
+    }
 }
 
 pub(super) fn refracted_path(
@@ -88,8 +143,7 @@ pub(super) fn refracted_path(
     spacing_world: f32,
 ) -> Path {
     let incident = -water.to_eye_view;
-    let bent = refract(incident, water.normal_view, 1.0 / refractive_index);
-    let direction = mix(incident, bent, refraction_scale).normalize();
+    let direction = refracted(water, water.normal_view, refractive_index, refraction_scale);
     let position = point_to_world(input.camera, water.position_view);
     let floor_reach = trace_floor(input.surroundings, position, to_world(input.camera, direction));
     let reach =
@@ -106,5 +160,7 @@ pub(super) fn refracted_path(
         to_floor_world: floor_reach - march.length_world,
         end_px: project_px(input.camera, end).clamp(Vec2::ZERO, input.size().as_vec2()),
         nearest_distance: (-end.z - tolerance).max(water.distance),
+        direction_view: direction,
+        seen_world: march.seen_world,
     }
 }

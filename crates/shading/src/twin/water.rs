@@ -16,6 +16,14 @@ pub(super) struct WaterPoint {
     pub n_v: f32,
 }
 
+/// The unit normal along `normal_view`, bent towards the eye where it would face away.
+pub(super) fn faced(normal_view: Vec3, to_eye: Vec3) -> Vec3 {
+    let size = normal_view.length();
+    let normal = if size > 1e-3 { normal_view / size } else { to_eye };
+    let facing = normal.dot(to_eye);
+    if facing < MIN_N_V { (normal + (MIN_N_V - facing) * to_eye).normalize() } else { normal }
+}
+
 /// `normal_view` need not be of unit length.
 pub(super) fn water_point(
     input: &TwinInput<'_>,
@@ -26,12 +34,7 @@ pub(super) fn water_point(
     let center = Vec2::new(pixel[0] as f32, pixel[1] as f32) + 0.5;
     let position_view = view_position(input.camera, center, distance);
     let to_eye_view = towards_eye(input.camera, position_view);
-    let size = normal_view.length();
-    let mut normal_view = if size > 1e-3 { normal_view / size } else { to_eye_view };
-    let facing = normal_view.dot(to_eye_view);
-    if facing < MIN_N_V {
-        normal_view = (normal_view + (MIN_N_V - facing) * to_eye_view).normalize();
-    }
+    let normal_view = faced(normal_view, to_eye_view);
     let n_v = normal_view.dot(to_eye_view).clamp(MIN_N_V, 1.0);
     WaterPoint { position_view, normal_view, to_eye_view, distance, n_v }
 }
