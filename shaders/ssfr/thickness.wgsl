@@ -31,8 +31,7 @@ fn whole(steps: f32) -> u32 {
     return u32(clamp(steps, 0.0, 1073741824.0));
 }
 
-fn add(pixel: u32, steps: f32) {
-    let addend = whole(steps);
+fn add(pixel: u32, addend: u32) {
 #ifdef PAIRS
     atomicAdd(&sum[pixel], u64(addend));
 #else ifdef BOUNDED
@@ -72,7 +71,23 @@ fn visible_part(pixel: u32, splat: Splat) -> f32 {
 #endif
 }
 
+#ifdef PAIRS
+// To a block and the next one in its row.
+fn add_pair(pixel: u32, addend: u32, next: u32) {
+    atomicAdd(&sum[pixel], u64(addend) | (u64(next) << 32u));
+}
+#endif
+
 #ifndef POINTS
+// Blocks of a row that an invocation adds to at once: the lanes of a strip lie side by side.
+#ifdef STRIPS
+const AT_ONCE: i32 = 1;
+#else ifdef PAIRS
+const AT_ONCE: i32 = 2;
+#else
+const AT_ONCE: i32 = 1;
+#endif
+
 #ifdef STAND_IN
 // From this many pixels on, the samples of a profile are right to a hundredth.
 const WIDE_PX: i32 = 5;
@@ -96,6 +111,15 @@ fn correction(grid: Grid, splat: Splat, steps_per_length: f32, first: vec2<i32>,
 }
 #endif
 
+// What the sphere's chord through the middle of a block is worth.
+fn steps_of_chord(grid: Grid, splat: Splat, at: vec2<i32>, steps_per_length: f32) -> u32 {
+    let chord = chord_at(grid, splat, grid.first + vec2<f32>(at) * grid.step);
+    let half = sqrt(max(chord.half_squared, 0.0));
+    let end = end_of(u32(at.y * (grid.last_px.x + 1) + at.x), chord.middle + half);
+    let length = max(end - (chord.middle - half), 0.0);
+    return select(0u, whole(length * chord.stretch * steps_per_length + 0.5), chord.half_squared > 0.0);
+}
+
 // Gives the number of pixels looked at, as `draw_point`.
 fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>, origin: Strip, lane: u32) -> u32 {
     let part = part_of(origin, first, last, lane);
@@ -105,14 +129,20 @@ fn draw_profile(grid: Grid, splat: Splat, first: vec2<i32>, last: vec2<i32>, ori
     steps_per_length *= correction(grid, splat, steps_per_length, first, last);
 #endif
     for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
-        for (var x = part.first.x; x <= part.last.x; x += part.step.x) {
-            let chord = chord_at(grid, splat, grid.first + vec2(f32(x), f32(y)) * grid.step);
+        for (var x = part.first.x; x <= part.last.x; x += AT_ONCE * part.step.x) {
             let pixel = u32(y * (grid.last_px.x + 1) + x);
-            if chord.half_squared > 0.0 {
-                let half = sqrt(chord.half_squared);
-                let length = max(end_of(pixel, chord.middle + half) - (chord.middle - half), 0.0);
-                add(pixel, length * chord.stretch * steps_per_length + 0.5);
+            let steps = steps_of_chord(grid, splat, vec2(x, y), steps_per_length);
+#ifdef PAIRS
+            // Beyond the last column of the picture it is of no block, and nobody reads it.
+            let next = select(0u, steps_of_chord(grid, splat, vec2(x + 1, y), steps_per_length), AT_ONCE > 1);
+            if (steps | next) > 0u {
+                add_pair(pixel, steps, next);
             }
+#else
+            if steps > 0u {
+                add(pixel, steps);
+            }
+#endif
         }
     }
     return part.visited;
@@ -146,7 +176,7 @@ fn share_pair(grid: Grid, splat: Splat, at: vec2<i32>, steps: vec2<f32>, noise: 
     let second = part(grid, splat, next, steps.y, noise.y);
     let pixel = u32(at.y * (grid.last_px.x + 1) + max(at.x, 0));
     // At the left border the second one is the block itself.
-    atomicAdd(&sum[pixel], select(u64(second), u64(first) | (u64(second) << 32u), is_left));
+    add_pair(pixel, select(second, first, is_left), select(0u, second, is_left));
     return select(1u, 2u, is_left && next.x <= grid.last_px.x);
 }
 #endif
@@ -157,7 +187,7 @@ fn share(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32
         return 0u;
     }
     let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
-    add(pixel, steps * visible_part(pixel, splat) + fract(noise));
+    add(pixel, whole(steps * visible_part(pixel, splat) + fract(noise)));
     return 1u;
 }
 

@@ -215,8 +215,9 @@ fn sums_with_room_are_those_that_are_watched() {
     let gpu = gpu();
     // Reaches beyond all borders of the picture; less than 2^21 spacings leave room for the same steps.
     let body = lattice::cuboid([-2.0, -2.0, -6.0], [40, 40, 3], 0.1, 0.2, 1);
-    for (side, scale) in [(37, 1), (96, 2), (61, 4)] {
-        let scene = Scene::new(parallel(0.0, 2.0), [side, side - 8], &body.positions, 0.09, 0.1);
+    // Points of one to three blocks, and profiles of twenty.
+    for (side, scale, height) in [(37, 1, 2.0), (96, 2, 2.0), (61, 4, 2.0), (96, 1, 0.8), (97, 2, 0.4)] {
+        let scene = Scene::new(parallel(0.0, height), [side, side - 8], &body.positions, 0.09, 0.1);
         let [watched, roomy] = [f64::INFINITY, 1000.0].map(|most_thickness| {
             let scene = Scene { most_thickness, ..scene.clone() };
             scene.render(&gpu, &params("none", scale, 0.0)).thickness
