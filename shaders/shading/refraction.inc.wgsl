@@ -52,7 +52,7 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
     return March(reach, seen);
 }
 
-// What a pixel of water covers of the picture of the scene, as far as it is wider than a pixel: vectors along its sides, pixels.
+// What a pixel of water covers of the picture of the scene: vectors along its longer and its shorter side, pixels.
 struct Footprint {
     along: vec2<f32>,
     beside: vec2<f32>,
@@ -75,6 +75,7 @@ fn background_over(px: vec2<f32>, footprint: Footprint, nearest_distance: f32, f
     for (var k = 0; k < 4; k++) {
         let offset = vec2<f32>(vec2(k & 1, k >> 1u));
         let bilinear = mix(1.0 - f, f, offset);
+        // Of four rows the second, the last, the first and the third.
         let place = vec2(f32(k), f32((2 * k + 1) % 5)) - 1.5;
         let spread = px + 0.25 * (place.x * footprint.along + place.y * footprint.beside);
         let at = clamp(vec2<i32>(floor(select(base + offset, spread, is_wide))), vec2(0), last);

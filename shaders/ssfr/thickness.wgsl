@@ -31,10 +31,14 @@ fn whole(steps: f32) -> u32 {
     return u32(clamp(steps, 0.0, 1073741824.0));
 }
 
-fn add(pixel: u32, addend: u32) {
 #ifdef PAIRS
-    atomicAdd(&sum[pixel], u64(addend));
-#else ifdef BOUNDED
+// To a block and the next one in its row.
+fn add_pair(pixel: u32, addend: u32, next: u32) {
+    atomicAdd(&sum[pixel], u64(addend) | (u64(next) << 32u));
+}
+#else
+fn add(pixel: u32, addend: u32) {
+#ifdef BOUNDED
     atomicAdd(&sum[pixel], addend);
 #else
     if addend > 0u && atomicAdd(&sum[pixel], addend) > SATURATED {
@@ -42,6 +46,7 @@ fn add(pixel: u32, addend: u32) {
     }
 #endif
 }
+#endif
 
 // Steps that the splat's volume is worth over the cross-section of a pixel, which is perpendicular to the ray.
 fn steps_of_volume(grid: Grid, splat: Splat) -> f32 {
@@ -70,13 +75,6 @@ fn visible_part(pixel: u32, splat: Splat) -> f32 {
     return f * f * (3.0 - 2.0 * f);
 #endif
 }
-
-#ifdef PAIRS
-// To a block and the next one in its row.
-fn add_pair(pixel: u32, addend: u32, next: u32) {
-    atomicAdd(&sum[pixel], u64(addend) | (u64(next) << 32u));
-}
-#endif
 
 #ifndef POINTS
 // Blocks of a row that an invocation adds to at once: the lanes of a strip lie side by side.
@@ -157,29 +155,26 @@ fn dither(position_world: vec3<f32>, packed: u32) -> f32 {
     return f32(h >> 8u) / 16777216.0;
 }
 
-#ifdef PAIRS
-// What of `steps` of a splat goes to a block, if there is one.
-fn part(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32 {
-    let is_inside = all(at >= vec2(0)) && all(at <= grid.last_px);
-    let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
-    return select(0u, whole(steps * visible_part(pixel, splat) + fract(noise)), is_inside);
+// What of `steps` of a splat counts in a block.
+fn counted(pixel: u32, splat: Splat, steps: f32, noise: f32) -> u32 {
+    return whole(steps * visible_part(pixel, splat) + fract(noise));
 }
 
+#ifdef PAIRS
 // Adds `steps` of a splat to two blocks side by side, as far as there are any; gives their number.
 fn share_pair(grid: Grid, splat: Splat, at: vec2<i32>, steps: vec2<f32>, noise: vec2<f32>) -> u32 {
-    let next = at + vec2(1, 0);
     let is_left = at.x >= 0;
-    if at.y < 0 || at.y > grid.last_px.y || next.x < 0 || at.x > grid.last_px.x {
+    if at.y < 0 || at.y > grid.last_px.y || at.x < -1 || at.x > grid.last_px.x {
         return 0u;
     }
-    let first = part(grid, splat, at, steps.x, noise.x);
-    let second = part(grid, splat, next, steps.y, noise.y);
-    let pixel = u32(at.y * (grid.last_px.x + 1) + max(at.x, 0));
-    // At the left border the second one is the block itself.
-    add_pair(pixel, select(second, first, is_left), select(0u, second, is_left));
-    return select(1u, 2u, is_left && next.x <= grid.last_px.x);
+    let row = at.y * (grid.last_px.x + 1);
+    let first = counted(u32(row + max(at.x, 0)), splat, steps.x, noise.x);
+    let second = counted(u32(row + at.x + 1), splat, steps.y, noise.y);
+    // At the left border the second one is the block itself; beyond the right one nobody reads it.
+    add_pair(u32(row + max(at.x, 0)), select(second, first, is_left), select(0u, second, is_left));
+    return select(1u, 2u, is_left && at.x < grid.last_px.x);
 }
-#endif
+#else
 
 // Adds `steps` of a splat to a block, if there is one; gives the number of blocks.
 fn share(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32 {
@@ -187,9 +182,10 @@ fn share(grid: Grid, splat: Splat, at: vec2<i32>, steps: f32, noise: f32) -> u32
         return 0u;
     }
     let pixel = u32(at.y * (grid.last_px.x + 1) + at.x);
-    add(pixel, whole(steps * visible_part(pixel, splat) + fract(noise)));
+    add(pixel, counted(pixel, splat, steps, noise));
     return 1u;
 }
+#endif
 
 // Shares the splat out between the four blocks around its centre.
 fn draw_point(grid: Grid, splat: Splat, center_px: vec2<f32>, noise: f32) -> u32 {
