@@ -1,7 +1,7 @@
 #define_import_path meniscus::luma
 
-// Brightness of the picture for anti-aliasing: one byte per pixel, four neighbours of a row in a word. Rows begin with a word of
-// their own, so that a pass may write its word without asking who has the other bytes.
+// Brightness of the picture for anti-aliasing: one byte per pixel, four neighbours of a row in a texel, so that a pass that does all four
+// writes it without asking who has the other bytes.
 
 // Brightness as the eye weighs it, with alpha so that the edges of a transparent picture are found too. Where all is opaque, the
 // byte is for the colours alone; `Smoothing` has what makes the two comparable.

@@ -24,12 +24,6 @@ const MOST_ROWS: usize = 8192;
 const PIECE_ROWS: usize = 256;
 
 impl<R: Role> Page<R> {
-    /// Bytes of an element.
-    const ELEMENT: usize = {
-        assert!(size_of::<R::Element>() == 16, "a page is of elements of 16 bytes");
-        16
-    };
-
     /// Most elements of a page.
     pub fn most_elements(gpu: &Gpu) -> usize {
         let of_buffers = gpu.page_elements::<R::Element>();
@@ -39,7 +33,7 @@ impl<R: Role> Page<R> {
     /// Bytes that `len` elements take on the device, room to grow not counted.
     pub fn bytes_for(gpu: &Gpu, len: usize) -> u64 {
         let elements = if gpu.summary().is_software() { rows_for(len) * ROW } else { len };
-        (elements * Self::ELEMENT) as u64
+        (elements * size_of::<R::Element>()) as u64
     }
 
     /// A page that holds `elements`.
@@ -47,6 +41,7 @@ impl<R: Role> Page<R> {
     /// # Errors
     /// [`GpuError::TooLarge`] beyond [`Self::most_elements`], [`GpuError::OutOfMemory`] where the device's memory is full.
     pub fn from_slice(gpu: &Gpu, elements: &[R::Element]) -> Result<Self, GpuError> {
+        const { assert!(size_of::<R::Element>() == 16, "a page is of elements of 16 bytes") };
         if !gpu.summary().is_software() {
             return Ok(Self { memory: Memory::Buffer(Buffer::from_slice(gpu, elements)?) });
         }
@@ -76,13 +71,8 @@ impl<R: Role> Page<R> {
         let mut row = 0;
         for piece in whole.chunks(PIECE_ROWS * ROW).chain([rest]) {
             if !piece.is_empty() {
-                texels.write_rows(
-                    gpu,
-                    R::NAME,
-                    row,
-                    ROW.min(piece.len()) as u32,
-                    bytemuck::cast_slice(piece),
-                );
+                let width = ROW.min(piece.len()) as u32;
+                texels.write_rows(gpu, R::NAME, row, width, bytemuck::cast_slice(piece));
                 row += (piece.len() / ROW) as u32;
             }
             if elements.len() > PIECE_ROWS * ROW {
