@@ -268,10 +268,17 @@ impl CheckedArray<'_> {
                 binary.clear();
                 let (mut ty, first) = (self.array.ty, piece.first + skipped);
                 let there = piece.text(text, scratch)?;
-                for (i, token) in text::tokens(there).skip(skipped).take(out.len()).enumerate() {
+                let mut tokens = text::tokens(there).skip(skipped);
+                for i in first..first + out.len() {
+                    // They were there when they were counted; somebody may have written to the file since.
+                    let token = tokens.next().ok_or_else(|| {
+                        self.fault(format_args!(
+                            "value {i} is missing; was the file written to while it was read?"
+                        ))
+                    })?;
                     ty = self.push_number(token, binary).ok_or_else(|| {
                         let found = String::from_utf8_lossy(&token[..token.len().min(40)]).into_owned();
-                        self.fault(format_args!("value {} is {found:?}, expected a number", first + i))
+                        self.fault(format_args!("value {i} is {found:?}, expected a number"))
                     })?;
                 }
                 out.fill(values, |out| {
@@ -315,4 +322,35 @@ fn whole(token: &[u8]) -> Option<i128> {
         let value = text::parse_f64(token)?;
         (value.fract() == 0.0 && value.abs() < 1e18).then_some(value as i128)
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::IoMode;
+    use crate::array::DataArray;
+    use crate::input_file::InputFile;
+    use crate::scalar::Recentre;
+
+    #[test]
+    fn numbers_that_vanish_once_they_are_counted_are_an_error() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let write = |text: &str| std::fs::write(file.path(), text).expect("written");
+        for mode in [IoMode::Map, IoMode::Read] {
+            write("1 2 3 4 5 6");
+            let input = InputFile::open(file.path(), mode).expect("opens");
+            let array = DataArray {
+                name: "Points".into(),
+                components: 3,
+                tuples: 2,
+                ty: ScalarType::F32,
+                content: Content::Text { bytes: Bytes::of(&input, 0..11), unit_colours: false, pieces: None },
+            };
+            let checked = array.check(&input).expect("six numbers");
+            write("1 2     4 5");
+            let convert = Recentre { origin: [0.0; 3] };
+            let error = checked.collect(&convert, &Cancel::default()).expect_err("four numbers");
+            assert!(error.to_string().contains("value 4 is missing"), "{mode:?}: {error}");
+        }
+    }
 }
