@@ -116,14 +116,14 @@ fn march_objects(start: vec3<f32>, direction: vec3<f32>, begin: f32, end: f32) -
             // A little more on both sides: these lengths are rounded otherwise.
             let shares = clamp(share + vec2(-1.25, 0.25) / (PARTS * steps), vec2(0.0), vec2(1.0));
             let lengths = mix(vec2(begin), vec2(end), shares * scale.y / mix(vec2(scale.x), vec2(scale.y), shares));
-            let seen_gap = clearance(start + lengths.x * direction, 0.0, end);
-            let far_gap = clearance(start + lengths.y * direction, 0.0, end);
-            let crossing = narrowed(start, direction, Crossing(lengths.x, seen_gap, lengths.y, far_gap), 0.0, end);
+            let seen_gap = clearance(start + lengths.x * direction, end);
+            let far_gap = clearance(start + lengths.y * direction, end);
+            let crossing = narrowed(start, direction, Crossing(lengths.x, seen_gap, lengths.y, far_gap), end);
             let pixel_world = 1.0 / px_per_world(camera, -start.z - lengths.y * direction.z);
             let tolerance = max(0.5 * (lengths.y - lengths.x), STEEPEST * pixel_world);
             let jump = crossing.seen_gap - crossing.far_gap;
             if crossing.seen_gap >= 0.0 && crossing.far_gap < 0.0 && jump <= tolerance {
-                return Hit(meeting(start, direction, crossing, 0.0, end), tolerance);
+                return Hit(meeting(start, direction, crossing, end), tolerance);
             }
             // It goes on behind a silhouette.
             break;

@@ -1,8 +1,8 @@
 #define_import_path meniscus::refraction
 
-#import meniscus::camera::project_px
+#import meniscus::camera::{project_px, view_position}
 #import meniscus::lighting_inputs::{camera, scene_color, scene_distance, surroundings, to_world, point_to_world}
-#import meniscus::scene_march::{Crossing, clearance, meeting, narrowed}
+#import meniscus::scene_march::{Crossing, clearance, inside, meeting, narrowed}
 #import meniscus::surroundings::trace_floor
 #import meniscus::water::WaterPoint
 
@@ -32,14 +32,14 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
     var hidden = false;
     for (var i = 1; i <= MARCH_STEPS; i++) {
         let end = step_world * f32(i);
-        let end_gap = clearance(water.position_view + end * direction, water.distance, reach);
+        let end_gap = clearance(water.position_view + end * direction, reach);
         if end_gap < 0.0 && !hidden {
             let wide = Crossing(seen, seen_gap, end, end_gap);
-            let crossing = narrowed(water.position_view, direction, wide, water.distance, reach);
+            let crossing = narrowed(water.position_view, direction, wide, reach);
             seen = crossing.seen;
             seen_gap = crossing.seen_gap;
             if seen_gap - crossing.far_gap <= 0.5 * step_world {
-                let met = meeting(water.position_view, direction, crossing, water.distance, reach);
+                let met = meeting(water.position_view, direction, crossing, reach);
                 return March(met, met);
             }
         }
@@ -51,6 +51,41 @@ fn trace_path(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
     }
     return March(reach, seen);
 }
+
+#ifdef OBJECTS
+fn scene_point(pixel: vec2<i32>) -> vec3<f32> {
+    return view_position(camera, vec2<f32>(pixel) + 0.5, textureLoad(scene_distance, pixel, 0).x);
+}
+
+fn shorter(a: vec3<f32>, b: vec3<f32>) -> vec3<f32> {
+    return select(b, a, dot(a, a) < dot(b, b));
+}
+
+// Length along the ray to the plane of the scene that is seen through the water's pixel, at most `reach`; that where the plane is
+// not met.
+fn reach_to_plane(water: WaterPoint, direction: vec3<f32>, reach: f32) -> f32 {
+    let last = vec2<i32>(camera.size_px) - 1;
+    let at = max(min(max(vec2<i32>(project_px(camera, water.position_view)), vec2(1)), last - 1), vec2(0));
+    let here = scene_point(at);
+    // Of both sides the one that is not beyond a silhouette.
+    let right = shorter(scene_point(min(at + vec2(1, 0), last)) - here, here - scene_point(max(at - vec2(1, 0), vec2(0))));
+    let below = shorter(scene_point(min(at + vec2(0, 1), last)) - here, here - scene_point(max(at - vec2(0, 1), vec2(0))));
+    let normal = cross(right, below);
+    let length = dot(normal, here - water.position_view) / dot(normal, direction);
+    // This way round, no plane and one in infinity are not met.
+    return select(reach, length, length > 0.0 && length < reach);
+}
+
+// Where nothing is known, outside of the picture, the ground is taken to go on as it is in the water's pixel.
+fn march_to_ground(water: WaterPoint, direction: vec3<f32>, reach: f32) -> March {
+    let march = trace_path(water, direction, reach);
+    if inside(project_px(camera, water.position_view + march.length_world * direction)) {
+        return march;
+    }
+    let to_plane = reach_to_plane(water, direction, reach);
+    return March(min(march.length_world, to_plane), min(march.seen_world, to_plane));
+}
+#endif
 
 // What a pixel of water covers of the picture of the scene: vectors along its longer and its shorter side, pixels.
 struct Footprint {
@@ -140,13 +175,14 @@ fn refracted_path(water: WaterPoint, thickness: f32, refractive_index: f32, refr
     let reach = min(clamp(thickness, 0.0, MAX_THICKNESS) / max(dot(direction, incident), MIN_PATH_COSINE), floor_reach);
     // Without objects the scene is the floor.
 #ifdef OBJECTS
-    let march = trace_path(water, direction, reach);
+    let march = march_to_ground(water, direction, reach);
 #else
     let march = March(reach, reach);
 #endif
-    // What lies outside of the picture is not known: its border stands for it.
+    // What lies outside of the picture is not known: what lies as far inside of its border stands for it.
     let end = water.position_view + march.seen_world * direction;
-    let end_px = clamp(project_px(camera, end), vec2(0.0), vec2<f32>(camera.size_px));
+    let size = vec2<f32>(camera.size_px);
+    let end_px = clamp(size - abs(size - abs(project_px(camera, end))), vec2(0.0), size);
     let tolerance = select(spacing_world + 0.25 * march.seen_world, 0.0, march.seen_world < march.length_world);
     let nearest_distance = max(water.distance, -end.z - tolerance);
     return Path(march.length_world, floor_reach - march.length_world, end_px, nearest_distance, direction, march.seen_world);

@@ -13,20 +13,21 @@ fn inside(px: vec2<f32>) -> bool {
     return all(px >= vec2(0.0)) && all(px < vec2<f32>(camera.size_px));
 }
 
-// How far the point lies in front of the opaque scene along the view axis, within +-`limit`; samples nearer than
-// `nearest`, as in front of the water, do not count as scene, nor does what lies outside of the picture.
-fn clearance(position_view: vec3<f32>, nearest: f32, limit: f32) -> f32 {
+// How far the point lies in front of the opaque scene along the view axis, within +-`limit`; what lies outside of the picture
+// does not count as scene. What is nearer than where the ray starts does: from a grazing view, that is the ground above a point
+// below it.
+fn clearance(position_view: vec3<f32>, limit: f32) -> f32 {
     let px = project_px(camera, position_view);
     if !inside(px) {
         return limit;
     }
     let scene = textureLoad(scene_distance, vec2<i32>(px), 0).x;
-    return select(clamp(scene + position_view.z, -limit, limit), limit, scene < nearest);
+    return clamp(scene + position_view.z, -limit, limit);
 }
 
 // As `clearance`, with the scene interpolated between pixels: without it, refracted lines are ragged. The reciprocal distance
 // is linear over the picture of a plane, in parallel projection the distance itself.
-fn smooth_clearance(position_view: vec3<f32>, nearest: f32, limit: f32) -> f32 {
+fn smooth_clearance(position_view: vec3<f32>, limit: f32) -> f32 {
     let px = project_px(camera, position_view);
     if !inside(px) {
         return limit;
@@ -44,7 +45,7 @@ fn smooth_clearance(position_view: vec3<f32>, nearest: f32, limit: f32) -> f32 {
     );
     let weights = vec4((1.0 - f.x) * (1.0 - f.y), f.x * (1.0 - f.y), (1.0 - f.x) * f.y, f.x * f.y);
     let scene = select(1.0 / max(dot(weights, 1.0 / d), 1e-30), dot(weights, min(d, vec4(1e30))), camera.orthographic != 0u);
-    return select(clamp(scene + position_view.z, -limit, limit), limit, any(d < vec4(nearest)));
+    return clamp(scene + position_view.z, -limit, limit);
 }
 
 // Part of a ray in which it passes from in front of the scene, at `seen`, to behind it, at `far`: lengths along it, and the gaps.
@@ -56,11 +57,11 @@ struct Crossing {
 }
 
 // The same, shorter. At a silhouette the gaps stay as far apart as they were; where the scene is met, they do not.
-fn narrowed(start_view: vec3<f32>, direction: vec3<f32>, wide: Crossing, nearest: f32, limit: f32) -> Crossing {
+fn narrowed(start_view: vec3<f32>, direction: vec3<f32>, wide: Crossing, limit: f32) -> Crossing {
     var crossing = wide;
     for (var k = 0; k < BISECTIONS; k++) {
         let middle = 0.5 * (crossing.seen + crossing.far);
-        let gap = clearance(start_view + middle * direction, nearest, limit);
+        let gap = clearance(start_view + middle * direction, limit);
         if gap < 0.0 {
             crossing.far = middle;
             crossing.far_gap = gap;
@@ -74,9 +75,9 @@ fn narrowed(start_view: vec3<f32>, direction: vec3<f32>, wide: Crossing, nearest
 
 // Where within a narrow crossing the scene is met: false position, then Newton's step on the interpolated scene with the slope
 // found so far.
-fn meeting(start_view: vec3<f32>, direction: vec3<f32>, crossing: Crossing, nearest: f32, limit: f32) -> f32 {
+fn meeting(start_view: vec3<f32>, direction: vec3<f32>, crossing: Crossing, limit: f32) -> f32 {
     let per_gap = (crossing.far - crossing.seen) / (crossing.seen_gap - crossing.far_gap);
     let s = crossing.seen + crossing.seen_gap * per_gap;
-    let gap = smooth_clearance(start_view + s * direction, nearest, limit);
+    let gap = smooth_clearance(start_view + s * direction, limit);
     return clamp(s + gap * per_gap, crossing.seen, crossing.far);
 }

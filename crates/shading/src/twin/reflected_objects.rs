@@ -90,7 +90,7 @@ fn between([a, b]: [f32; 2], share: f32) -> f32 {
 
 fn march_objects(input: &TwinInput<'_>, start: Vec3, direction: Vec3, [begin, end]: [f32; 2]) -> Option<Hit> {
     let at = |s: f32| start + s * direction;
-    let gap_at = |s: f32| clearance(input, at(s), 0.0, end);
+    let gap_at = |s: f32| clearance(input, at(s), end);
     let run = Run::new(input, [at(begin), at(end)]);
     let scale = if input.camera.orthographic != 0 { [1.0; 2] } else { run.depth };
     let length = |share: f32| between([begin, end], share * scale[1] / between(scale, share));
@@ -113,7 +113,7 @@ fn march_objects(input: &TwinInput<'_>, start: Vec3, direction: Vec3, [begin, en
                 let tolerance = (0.5 * (far - seen)).max(STEEPEST * pixel_world);
                 let jump = crossing.seen_gap - crossing.far_gap;
                 if crossing.seen_gap >= 0.0 && crossing.far_gap < 0.0 && jump <= tolerance {
-                    let smooth_gap_at = |s: f32| smooth_clearance(input, at(s), 0.0, end);
+                    let smooth_gap_at = |s: f32| smooth_clearance(input, at(s), end);
                     return Some(Hit { length_world: meeting(smooth_gap_at, &crossing), tolerance });
                 }
             }

@@ -4,7 +4,7 @@ use glam::{IVec2, Vec2, Vec3};
 
 use super::scene_march::{Crossing, clearance, meeting, narrowed, smooth_clearance};
 use super::surroundings::trace_floor;
-use super::view::{point_to_world, project_px, to_world};
+use super::view::{point_to_world, project_px, to_world, view_position};
 use super::water::WaterPoint;
 use super::{TwinInput, mix};
 
@@ -27,7 +27,7 @@ struct March {
 
 fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> March {
     let at = |s: f32| water.position_view + s * direction;
-    let gap_at = |s: f32| clearance(input, at(s), water.distance, reach);
+    let gap_at = |s: f32| clearance(input, at(s), reach);
     let step_world = reach / MARCH_STEPS as f32;
     let (mut seen, mut seen_gap) = (0.0, reach);
     let mut hidden = false;
@@ -39,7 +39,7 @@ fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach:
             let crossing = narrowed(gap_at, wide);
             (seen, seen_gap) = (crossing.seen, crossing.seen_gap);
             if seen_gap - crossing.far_gap <= 0.5 * step_world {
-                let smooth_gap_at = |s: f32| smooth_clearance(input, at(s), water.distance, reach);
+                let smooth_gap_at = |s: f32| smooth_clearance(input, at(s), reach);
                 let met = meeting(smooth_gap_at, &crossing);
                 return March { length_world: met, seen_world: met };
             }
@@ -50,6 +50,35 @@ fn trace_path(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach:
         }
     }
     March { length_world: reach, seen_world: seen }
+}
+
+/// Length along the ray to the plane of the scene that is seen through the water's pixel, at most `reach`.
+fn reach_to_plane(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> f32 {
+    let last = input.size() - 1;
+    let at = project_px(input.camera, water.position_view).as_ivec2();
+    let at = at.max(IVec2::ONE).min(last - 1).max(IVec2::ZERO);
+    let scene_point = |offset: IVec2| {
+        let pixel = (at + offset).clamp(IVec2::ZERO, last);
+        view_position(input.camera, pixel.as_vec2() + 0.5, input.scene_distance[input.clamped(pixel)])
+    };
+    let here = scene_point(IVec2::ZERO);
+    let shorter = |axis: IVec2| {
+        let (after, before) = (scene_point(axis) - here, here - scene_point(-axis));
+        if after.length_squared() < before.length_squared() { after } else { before }
+    };
+    let normal = shorter(IVec2::X).cross(shorter(IVec2::Y));
+    let length = normal.dot(here - water.position_view) / normal.dot(direction);
+    if length > 0.0 && length < reach { length } else { reach }
+}
+
+fn march_to_ground(input: &TwinInput<'_>, water: &WaterPoint, direction: Vec3, reach: f32) -> March {
+    let march = trace_path(input, water, direction, reach);
+    let end = water.position_view + march.length_world * direction;
+    if input.inside(project_px(input.camera, end)) {
+        return march;
+    }
+    let to_plane = reach_to_plane(input, water, direction, reach);
+    March { length_world: march.length_world.min(to_plane), seen_world: march.seen_world.min(to_plane) }
 }
 
 /// What a pixel of water covers of the picture of the scene.
@@ -149,7 +178,7 @@ pub(super) fn refracted_path(
     let reach =
         (thickness.clamp(0.0, MAX_THICKNESS) / direction.dot(incident).max(MIN_PATH_COSINE)).min(floor_reach);
     let march = match input.objects {
-        Some(_) => trace_path(input, water, direction, reach),
+        Some(_) => march_to_ground(input, water, direction, reach),
         None => March { length_world: reach, seen_world: reach },
     };
     let end = water.position_view + march.seen_world * direction;
@@ -158,7 +187,10 @@ pub(super) fn refracted_path(
     Path {
         length_world: march.length_world,
         to_floor_world: floor_reach - march.length_world,
-        end_px: project_px(input.camera, end).clamp(Vec2::ZERO, input.size().as_vec2()),
+        end_px: {
+            let size = input.size().as_vec2();
+            (size - (size - project_px(input.camera, end).abs()).abs()).clamp(Vec2::ZERO, size)
+        },
         nearest_distance: (-end.z - tolerance).max(water.distance),
         direction_view: direction,
         seen_world: march.seen_world,

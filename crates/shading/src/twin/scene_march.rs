@@ -7,16 +7,16 @@ use super::view::project_px;
 
 const BISECTIONS: i32 = 4;
 
-pub(super) fn clearance(input: &TwinInput<'_>, position_view: Vec3, nearest: f32, limit: f32) -> f32 {
+pub(super) fn clearance(input: &TwinInput<'_>, position_view: Vec3, limit: f32) -> f32 {
     let px = project_px(input.camera, position_view);
     if !input.inside(px) {
         return limit;
     }
     let scene = input.scene_distance[input.index(px.as_ivec2())];
-    if scene < nearest { limit } else { (scene + position_view.z).clamp(-limit, limit) }
+    (scene + position_view.z).clamp(-limit, limit)
 }
 
-pub(super) fn smooth_clearance(input: &TwinInput<'_>, position_view: Vec3, nearest: f32, limit: f32) -> f32 {
+pub(super) fn smooth_clearance(input: &TwinInput<'_>, position_view: Vec3, limit: f32) -> f32 {
     let px = project_px(input.camera, position_view);
     if !input.inside(px) {
         return limit;
@@ -32,8 +32,7 @@ pub(super) fn smooth_clearance(input: &TwinInput<'_>, position_view: Vec3, neare
     } else {
         1.0 / mean(|d| 1.0 / d).max(1e-30)
     };
-    let in_front = d.iter().any(|&d| d < nearest);
-    if in_front { limit } else { (scene + position_view.z).clamp(-limit, limit) }
+    (scene + position_view.z).clamp(-limit, limit)
 }
 
 /// Part of a ray in which it passes from in front of the scene to behind it.
