@@ -23,9 +23,10 @@ struct SceneVertex {
 struct Varying {
     @builtin(position) clip: vec4<f32>,
     @location(0) normal_world: vec3<f32>,
-    @location(1) distance: f32,
-    @location(2) @interpolate(flat) material: u32,
-    @location(3) @interpolate(flat) front_only: u32,
+    @location(1) position_world: vec3<f32>,
+    @location(2) distance: f32,
+    @location(3) @interpolate(flat) material: u32,
+    @location(4) @interpolate(flat) front_only: u32,
 }
 
 struct Target {
@@ -41,13 +42,15 @@ fn vertex(@builtin(vertex_index) index: u32) -> Varying {
     let w = select(-position.z, 1.0, camera.orthographic != 0u);
     // Depth comes from the fragment; 0.5 keeps the clipper to what lies in front of the eye.
     let clip = vec4(position.xy / camera.half_extent, 0.5 * w, w);
-    return Varying(clip, v.normal_world, -position.z, v.material, v.front_only);
+    return Varying(clip, v.normal_world, v.position_world, -position.z, v.material, v.front_only);
 }
 
 @fragment
 fn fragment(in: Varying) -> Target {
     let ray = world_ray(camera, in.clip.xy);
-    let faces_eye = dot(in.normal_world, ray.direction) < 0.0;
+    // By the triangle: at silhouettes of what is smooth, normals face away while the surface faces the eye.
+    let face = cross(dpdx(in.position_world), dpdy(in.position_world));
+    let faces_eye = dot(in.normal_world, face) * dot(ray.direction, face) < 0.0;
     let floor_reach = trace_floor(surroundings, ray.origin, ray.direction);
     let below_floor = in.distance * ray.per_distance > floor_reach;
     if in.distance < camera.near_world || (in.front_only != 0u && !faces_eye) || below_floor {

@@ -32,6 +32,9 @@ fn storable(radiance: vec3<f32>) -> vec3<f32> {
     return min(radiance, vec3(60000.0));
 }
 
+// Tangent of the slope from which on patterns are those of a wall.
+const STEEP: f32 = 3.0;
+
 // Share of the sun that a surface sees.
 fn sunlit(position: vec3<f32>, normal: vec3<f32>) -> f32 {
 #ifdef SHADOWED
@@ -44,7 +47,7 @@ fn sunlit(position: vec3<f32>, normal: vec3<f32>) -> f32 {
 // Radiance of a surface of `material` that the ray meets at `distance`, with the haze in front of it.
 fn surface_radiance(camera: Camera, surroundings: Surroundings, ray: WorldRay, distance: f32, normal: vec3<f32>, material: Material) -> vec3<f32> {
     let reach = distance * ray.per_distance;
-    // Pattern coordinates on the plane of the pattern's frame that the normal is closest to.
+    // Pattern coordinates on a plane of the pattern's frame: the level one but for walls, so that the slopes of terrain have no seams.
     let to_frame = mat3x3(surroundings.east, surroundings.north, surroundings.sky.up);
     let position = ray.origin + reach * ray.direction;
     let place = ((position - surroundings.anchor) * to_frame) / material.scale_world;
@@ -52,10 +55,10 @@ fn surface_radiance(camera: Camera, surroundings: Surroundings, ray: WorldRay, d
     let facing = abs(normal * to_frame);
     var p = place.xy;
     var slope = along.xy;
-    if facing.x > max(facing.y, facing.z) {
+    if facing.x > max(facing.y, STEEP * facing.z) {
         p = place.yz;
         slope = along.yz;
-    } else if facing.y > facing.z {
+    } else if facing.y > STEEP * facing.z {
         p = place.xz;
         slope = along.xz;
     }

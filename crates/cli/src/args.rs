@@ -274,7 +274,7 @@ pub struct PictureArgs {
     #[arg(long, value_name = "AMOUNT|off")]
     pub foam: Option<FoamAmount>,
 
-    /// Scene file: floor, walls, boxes, sun and sky [default: a tiled floor under a clear sky].
+    /// Scene file: terrain, floor, walls, boxes, sun and sky [default: a tiled floor under a clear sky].
     #[arg(long, value_name = "FILE.toml")]
     pub scene: Option<PathBuf>,
 

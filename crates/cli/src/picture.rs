@@ -197,7 +197,12 @@ fn camera(args: &PictureArgs, world: &World, several: bool) -> Result<(Camera, O
             (view.camera(world.outline(), space.up, args.size.0), None)
         }
         (None, None) => {
-            let camera = automatic_camera(world.outline(), space.up, args.size.0);
+            let camera = if world.scene().has_terrain {
+                // From higher up: mountains stand around the water.
+                NamedView::Iso.camera(world.outline(), space.up, args.size.0)
+            } else {
+                automatic_camera(world.outline(), space.up, args.size.0)
+            };
             let file = |v: glam::Vec3| v.as_dvec3() + space.origin;
             let (eye, target) = (file(camera.eye), file(camera.target));
             let fovy = match camera.projection {

@@ -82,7 +82,7 @@ impl SceneSettings {
 
     pub(crate) fn apply(&self, mut description: Description) -> Description {
         if let Some(floor) = self.floor {
-            description.floor.visible = floor;
+            description.floor.visible = Some(floor);
         }
         if let Some(walls) = self.walls {
             description.walls.visible = walls;

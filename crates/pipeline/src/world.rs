@@ -192,7 +192,7 @@ impl World {
         };
         let foam = self.foam.as_ref().map(|(_, choice)| choice.clone());
         let colors = self.color_choices.iter().cloned();
-        let own = self.strays.iter().chain(&self.form).cloned();
+        let own = self.strays.iter().chain(&self.form).chain(&self.scene.choices).cloned();
         std::iter::once(absorption).chain(own).chain(colors).chain(foam).collect()
     }
 }

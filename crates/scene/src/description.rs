@@ -7,7 +7,9 @@ use meniscus_core::{Aabb, UpAxis};
 use schemars::JsonSchema;
 use serde::Deserialize;
 
-use crate::{Environment, Floor, Material, Mesh, Object, Scene, SceneError, Sides, UpFrame, physical_sky};
+use crate::{
+    Environment, Floor, Material, Mesh, Object, Scene, SceneError, Sides, Terrain, UpFrame, physical_sky,
+};
 
 /// A scene file. Everything is optional; what is left out is chosen as in [`Scene::around`]. Lengths and coordinates are
 /// the particle file's own.
@@ -27,6 +29,8 @@ pub struct Description {
     /// Solid boxes, `[[box]]` in the file.
     #[serde(rename = "box")]
     pub boxes: Vec<BoxDescription>,
+    /// Elevation grids, `[[terrain]]` in the file.
+    pub terrain: Vec<TerrainDescription>,
     /// Materials by name, beside the built-in ones.
     pub materials: BTreeMap<String, Material>,
 }
@@ -81,8 +85,8 @@ impl Default for EnvironmentDescription {
 #[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct FloorDescription {
-    /// Whether there is one.
-    pub visible: bool,
+    /// Whether there is one; left out: unless there is terrain.
+    pub visible: Option<bool>,
     /// Coordinate along the up axis; left out: just under the water.
     pub height: Option<f64>,
     /// Name of a built-in material or of one under `[materials]`.
@@ -91,7 +95,7 @@ pub struct FloorDescription {
 
 impl Default for FloorDescription {
     fn default() -> Self {
-        Self { visible: true, height: None, material: "tiles".into() }
+        Self { visible: None, height: None, material: "tiles".into() }
     }
 }
 
@@ -130,6 +134,22 @@ fn concrete() -> String {
     "concrete".into()
 }
 
+/// `[[terrain]]`
+#[derive(Clone, Debug, PartialEq, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct TerrainDescription {
+    /// An ESRI ASCII grid or a USGS DEM in the particle file's coordinates, x east and y north where z is up; relative to the
+    /// scene file.
+    pub file: PathBuf,
+    /// Name of a material.
+    #[serde(default = "rock")]
+    pub material: String,
+}
+
+fn rock() -> String {
+    "rock".into()
+}
+
 impl Description {
     /// Parses a scene file; `file` is its name for messages.
     ///
@@ -160,16 +180,17 @@ impl Description {
         self.apply_light(&mut scene, &check)?;
         self.apply_environment(&mut scene, &check)?;
 
-        let floor_material = self.material(&scene, "floor.material", &self.floor.material, &check)?;
+        let floor_material = self.material("floor.material", &self.floor.material, &check)?;
         let automatic_height = scene.floor.map_or(0.0, |f| f.height_world);
         let height_world = match self.floor.height {
             Some(height) => check.length("floor.height", height - origin[up.index()])?,
             None => automatic_height,
         };
-        scene.floor = self.floor.visible.then_some(Floor { height_world, material: floor_material });
+        let has_floor = self.floor.visible.unwrap_or(self.terrain.is_empty());
+        scene.floor = has_floor.then_some(Floor { height_world, material: scene.scaled(floor_material) });
 
         if self.walls.visible {
-            let material = self.material(&scene, "walls.material", &self.walls.material, &check)?;
+            let material = self.material("walls.material", &self.walls.material, &check)?;
             let room = if bounds.is_empty() { Aabb { min: Vec3::ZERO, max: Vec3::ONE } } else { bounds };
             let room = room.inflated(0.5 * spacing.max(0.0));
             let height = self.walls.height.unwrap_or(room.extent()[up.index()]);
@@ -178,7 +199,7 @@ impl Description {
         }
         for (i, solid) in self.boxes.iter().enumerate() {
             let key = |field: &str| format!("box[{i}].{field}");
-            let material = self.material(&scene, &key("material"), &solid.material, &check)?;
+            let material = self.material(&key("material"), &solid.material, &check)?;
             let corner = |field: &str, c: [f64; 3]| -> Result<Vec3, SceneError> {
                 let relative = DVec3::from(c) - origin;
                 for component in relative.to_array() {
@@ -195,7 +216,13 @@ impl Description {
                 ));
             }
             let mesh = Mesh::cuboid(Aabb { min, max });
+            let material = scene.scaled(material);
             scene.objects.push(Object { name: format!("box {i}"), mesh, material, sides: Sides::Both });
+        }
+        for (i, ground) in self.terrain.iter().enumerate() {
+            let material = self.material(&format!("terrain[{i}].material"), &ground.material, &check)?;
+            let terrain = Terrain::read(&check.beside(&ground.file))?;
+            scene.add_terrain(&ground.file.display().to_string(), &terrain, origin, material);
         }
         Ok(scene)
     }
@@ -240,8 +267,7 @@ impl Description {
             "a number from 0 to 100",
         )?;
         let (mut environment, sun) = if let Some(file) = file {
-            let beside = Path::new(check.file).parent().unwrap_or(Path::new(""));
-            let mut picture = Environment::read(&beside.join(file))?.turned(*rotation_deg);
+            let mut picture = Environment::read(&check.beside(file))?.turned(*rotation_deg);
             let mut sun = picture.split_sun(frame, None);
             // A sun that is given stands where it is said, with the light of the picture's if it has any.
             if self.sun.elevation_deg.is_some() || self.sun.azimuth_deg.is_some() {
@@ -263,13 +289,7 @@ impl Description {
         Ok(())
     }
 
-    fn material(
-        &self,
-        scene: &Scene,
-        key: &str,
-        name: &str,
-        check: &Check<'_>,
-    ) -> Result<Material, SceneError> {
+    fn material(&self, key: &str, name: &str, check: &Check<'_>) -> Result<Material, SceneError> {
         let own = self.materials.get(name).copied();
         let material = own.or_else(|| Material::named(name)).ok_or_else(|| SceneError::UnknownMaterial {
             file: check.file.to_owned(),
@@ -287,7 +307,7 @@ impl Description {
             check.range(&of(field), value, (0.0..=1.0).contains(&value), "0 to 1")?;
         }
         check.range(&of("scale"), material.scale, material.scale >= 0.0, "a length, or 0 for automatic")?;
-        Ok(scene.scaled(material))
+        Ok(material)
     }
 }
 
@@ -299,6 +319,11 @@ struct Check<'a> {
 impl Check<'_> {
     fn error(&self, key: &str, found: String, expected: &'static str) -> SceneError {
         SceneError::OutOfRange { file: self.file.to_owned(), key: key.to_owned(), found, expected }
+    }
+
+    /// A file that is named in the scene file.
+    fn beside(&self, file: &Path) -> PathBuf {
+        Path::new(self.file).parent().unwrap_or(Path::new("")).join(file)
     }
 
     fn range(&self, key: &str, value: f32, ok: bool, expected: &'static str) -> Result<f32, SceneError> {

@@ -41,6 +41,14 @@ pub enum SceneError {
         /// What is wrong and what to do.
         message: String,
     },
+    /// An elevation grid that cannot be used.
+    #[error("terrain {file}: {message}")]
+    Terrain {
+        /// The grid.
+        file: String,
+        /// Where in it, what is wrong and what to do.
+        message: String,
+    },
     /// A view name that does not exist.
     #[error("there is no view `{found}`; use front, back, left, right, top or iso")]
     UnknownView {

@@ -15,6 +15,7 @@ mod material;
 mod mesh;
 mod physical_sky;
 mod scene;
+mod terrain;
 mod up_frame;
 
 pub use absorption::{CLEAR_WATER_OPTICAL_DEPTH, PURE_WATER_PER_METRE};
@@ -22,7 +23,7 @@ pub use camera::{FOVY_RAD, NamedView, above_ground, automatic_camera};
 pub use camera_path::{CameraKey, CameraPath, Clock, Curve};
 pub use description::{
     BoxDescription, Description, EnvironmentDescription, FloorDescription, SkyDescription, SunDescription,
-    WallsDescription,
+    TerrainDescription, WallsDescription,
 };
 pub use environment::Environment;
 pub use error::SceneError;
@@ -31,4 +32,5 @@ pub use material::{Material, Pattern};
 pub use mesh::{Mesh, Sides};
 pub use physical_sky::physical_sky;
 pub use scene::{Floor, Object, Scene, Sky, Sun};
+pub use terrain::Terrain;
 pub use up_frame::UpFrame;

@@ -39,7 +39,7 @@ impl Default for Material {
 
 impl Material {
     /// Names that [`Self::named`] knows.
-    pub const NAMES: [&'static str; 5] = ["tiles", "concrete", "soil", "steel", "plain"];
+    pub const NAMES: [&'static str; 6] = ["tiles", "concrete", "soil", "rock", "steel", "plain"];
 
     /// A built-in material.
     pub fn named(name: &str) -> Option<Self> {
@@ -49,6 +49,7 @@ impl Material {
             "tiles" => of(Pattern::Tiles, [0.65, 0.59, 0.50], 0.65, 0.0),
             "concrete" => of(Pattern::Concrete, [0.46, 0.45, 0.43], 0.85, 0.0),
             "soil" => of(Pattern::Soil, [0.34, 0.26, 0.18], 0.95, 0.0),
+            "rock" => of(Pattern::Soil, [0.25, 0.235, 0.21], 0.9, 0.0),
             "steel" => of(Pattern::Plain, [0.56, 0.57, 0.58], 0.35, 1.0),
             "plain" => Self::default(),
             _ => return None,

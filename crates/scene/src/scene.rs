@@ -1,10 +1,10 @@
 use std::sync::Arc;
 
-use glam::Vec3;
-use meniscus_core::{Aabb, UpAxis};
+use glam::{DVec3, Vec3};
+use meniscus_core::{Aabb, Choice, UpAxis};
 
 use crate::camera::facing;
-use crate::{Environment, Material, Mesh, Sides, UpFrame};
+use crate::{Environment, Material, Mesh, Sides, Terrain, UpFrame};
 
 /// The sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -78,8 +78,12 @@ pub struct Scene {
     pub environment: Option<Arc<Environment>>,
     /// The floor, if any.
     pub floor: Option<Floor>,
-    /// Walls, boxes, meshes.
+    /// Walls, boxes, terrain.
     pub objects: Vec<Object>,
+    /// Whether there is terrain among them, which may hide what is seen from near the ground.
+    pub has_terrain: bool,
+    /// The automatic choices that were made for it.
+    pub choices: Vec<Choice>,
 }
 
 impl Scene {
@@ -115,6 +119,8 @@ impl Scene {
             environment: None,
             floor: None,
             objects: Vec::new(),
+            has_terrain: false,
+            choices: Vec::new(),
         };
         let material = scene.scaled(Material::named("tiles").unwrap_or_default());
         scene.floor = Some(Floor { height_world, material });
@@ -125,6 +131,31 @@ impl Scene {
     pub(crate) fn scaled(&self, material: Material) -> Material {
         let scale = if material.scale > 0.0 { material.scale } else { round_down(self.size_world * 0.12) };
         Material { scale, ..material }
+    }
+
+    /// Adds `terrain`, whose file is called `name`; `origin` (file) is where world space starts.
+    pub fn add_terrain(&mut self, name: &str, terrain: &Terrain, origin: DVec3, material: Material) {
+        let (step, [columns, rows]) = (terrain.step(), terrain.size());
+        if step > 1 {
+            self.choices.push(Choice {
+                what: "terrain".into(),
+                value: format!("every {step}. point of {columns} x {rows} to each side"),
+                reason: format!("{name} has more than {} points", Terrain::MOST_POINTS),
+                flag: "a smaller or coarser grid in --scene".into(),
+            });
+        }
+        // Elements of a few squares: what is smaller than the squares has no shape to go with it.
+        let scale =
+            if material.scale > 0.0 { material.scale } else { terrain.spacing().max_element() as f32 * 4.0 };
+        let material = Material { scale, ..material };
+        let mesh = terrain.mesh(UpFrame::new(self.up), origin);
+        self.has_terrain = true;
+        self.objects.push(Object {
+            name: name.to_owned(),
+            mesh,
+            material: self.scaled(material),
+            sides: Sides::Both,
+        });
     }
 
     /// Adds the walls of a tank around `bounds` (world), `height_world` high from its bottom, seen from inside only.
