@@ -5,6 +5,7 @@ use meniscus_core::{Cancel, UpAxis};
 
 use crate::dam_break::DamBreak;
 use crate::fjord::Fjord;
+use crate::fjord_ground;
 use crate::flow::{FillOptions, fill};
 use crate::sphere_entry::SphereEntry;
 
@@ -51,6 +52,19 @@ pub struct CaseFrame {
     pub time: f64,
     /// Distance of neighbours, m: the cube root of the volume per particle.
     pub spacing: f64,
+}
+
+/// Heights of the land around the water, over a square grid.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Ground {
+    /// x and y of the south-western point, file space, m.
+    pub south_west: [f64; 2],
+    /// Distance of neighbouring points, m.
+    pub spacing: f64,
+    /// Points from west to east.
+    pub columns: usize,
+    /// z, file space, m: west to east in rows from south to north.
+    pub heights: Vec<f32>,
 }
 
 /// Why a case cannot be made.
@@ -120,6 +134,14 @@ impl Case {
             Self::SphereEntry => 0.4,
             Self::DamBreak => 2.0,
             Self::FjordTsunami => 200.0,
+        }
+    }
+
+    /// The land that the water stands on, where it is no tank.
+    pub fn ground(self) -> Option<Ground> {
+        match self {
+            Self::SphereEntry | Self::DamBreak => None,
+            Self::FjordTsunami => Some(fjord_ground::ground()),
         }
     }
 

@@ -6,9 +6,9 @@ use crate::flow::{Flow, Placed, ramp};
 use crate::golden::{Dice, share_out};
 
 /// South-western corner of the map, and the height of the water at rest, m.
-const ORIGIN: DVec3 = DVec3::new(495_500.0, 3_400_000.0, 175.0);
+pub(crate) const ORIGIN: DVec3 = DVec3::new(495_500.0, 3_400_000.0, 175.0);
 /// Length of the reach along x, m.
-const LENGTH: f64 = 9000.0;
+pub(crate) const LENGTH: f64 = 9000.0;
 /// No shore is further from the centre line than this along y, m.
 const HALF_BAND: f64 = 700.0;
 
@@ -144,25 +144,25 @@ impl Column {
 }
 
 /// Depth across the valley over the depth in its middle: steep shores that still stand in deep water.
-fn bowl(across: f64) -> f64 {
+pub(crate) fn bowl(across: f64) -> f64 {
     1.0 - 0.8 * across.powi(4)
 }
 
 /// The valley at one x of its centre line.
-struct Valley {
+pub(crate) struct Valley {
     /// Centre line and its derivatives with respect to x.
-    y: f64,
+    pub y: f64,
     slope: f64,
     bend: f64,
     /// m
-    half_width: f64,
+    pub half_width: f64,
     /// In the middle, m.
-    depth: f64,
+    pub depth: f64,
 }
 
 impl Valley {
     /// At `x` from the map's corner; also defined beyond the ends.
-    fn at(x: f64) -> Self {
+    pub(crate) fn at(x: f64) -> Self {
         // Radius of curvature at least 700 m, twice the half width, so that every point has one nearest centre.
         let (mut y, mut slope, mut bend) = (0.0, 0.0, 0.0);
         for (amplitude, length, phase) in [(850.0, 7500.0, 0.0), (190.0, 3400.0, 1.0)] {
@@ -178,7 +178,7 @@ impl Valley {
     }
 
     /// Length of the centre line per x.
-    fn stretch(&self) -> f64 {
+    pub(crate) fn stretch(&self) -> f64 {
         self.slope.hypot(1.0)
     }
 

@@ -13,6 +13,7 @@
 mod case;
 mod dam_break;
 mod fjord;
+mod fjord_ground;
 mod flight;
 mod flow;
 mod golden;
@@ -20,5 +21,5 @@ pub mod lattice;
 mod source;
 mod sphere_entry;
 
-pub use case::{Case, CaseError, CaseFrame, CaseOptions};
+pub use case::{Case, CaseError, CaseFrame, CaseOptions, Ground};
 pub use source::CaseSource;

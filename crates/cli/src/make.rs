@@ -1,6 +1,8 @@
 //! `meniscus make`.
 
-use meniscus_cases::{CaseOptions, CaseSource};
+use std::path::{Path, PathBuf};
+
+use meniscus_cases::{CaseOptions, CaseSource, Ground};
 use meniscus_export::{ExportError, write_text};
 use meniscus_io::writer::{self, Values, WriteAttribute, WriteParticles};
 
@@ -51,13 +53,52 @@ pub fn run(args: &MakeArgs, terminal: &Terminal) -> Result<(), Failure> {
     bar.finish_and_clear();
     let series = args.output.join(format!("{stem}.pvd"));
     write_text(&series, &collection(&entries))?;
+    let scene = case.ground().map(|ground| write_scene(&args.output, &stem, &ground)).transpose()?;
+    let flag = scene.map(|scene| format!("--scene {} ", scene.display())).unwrap_or_default();
     terminal.say(format_args!(
-        "wrote {} frames of {} particles; draw them with: meniscus render {} -o '{stem}_%04d.png'",
+        "wrote {} frames of {} particles; draw them with: meniscus render {} {flag}-o '{stem}_%04d.png'",
         options.frames,
         options.particles,
         series.display()
     ));
     Ok(())
+}
+
+/// What the land around the water looks like, and where the sun stands for its slopes to be seen.
+const LAND: &str = r#"material = "slopes"
+
+[materials.slopes]
+pattern = "soil"
+color = [0.20, 0.185, 0.13]
+roughness = 0.95
+scale = 25
+
+[sun]
+azimuth_deg = 235
+elevation_deg = 40
+"#;
+
+/// The land around the water, and the scene file that puts it there.
+fn write_scene(folder: &Path, stem: &str, ground: &Ground) -> Result<PathBuf, Failure> {
+    let terrain = format!("{stem}_ground.asc");
+    write_text(&folder.join(&terrain), &esri_grid(ground))?;
+    let scene = folder.join(format!("{stem}_scene.toml"));
+    write_text(&scene, &format!("[[terrain]]\nfile = \"{terrain}\"\n{LAND}"))?;
+    Ok(scene)
+}
+
+/// `ground` as an ESRI ASCII grid, whose rows go from north to south.
+fn esri_grid(ground: &Ground) -> String {
+    let Ground { south_west: [west, south], spacing, columns, heights } = ground;
+    let rows = heights.len() / columns;
+    let mut text =
+        format!("ncols {columns}\nnrows {rows}\nxllcenter {west}\nyllcenter {south}\ncellsize {spacing}\n");
+    for row in heights.chunks(*columns).rev() {
+        let numbers: Vec<String> = row.iter().map(|height| format!("{height:.2}")).collect();
+        text.push_str(&numbers.join(" "));
+        text.push('\n');
+    }
+    text
 }
 
 /// A ParaView collection: time and file of every frame.

@@ -25,6 +25,7 @@ mod same_bytes;
 mod selection;
 mod sequence;
 mod shadows;
+mod terrain;
 mod trace;
 mod walls;
 
