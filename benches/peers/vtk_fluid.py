@@ -11,7 +11,7 @@ import time
 
 import numpy
 import vtk
-from vtk.util.numpy_support import numpy_to_vtk, vtk_to_numpy
+from vtk.util.numpy_support import numpy_to_vtk, numpy_to_vtkIdTypeArray, vtk_to_numpy
 
 # In the order of a cube map's faces.
 FACES = ["px", "nx", "py", "ny", "pz", "nz"]
@@ -32,6 +32,8 @@ def arguments():
     parser.add_argument("--surroundings", metavar="FOLDER",
                         help="background.png, and what is reflected: " + ", ".join(f"{face}.png" for face in FACES))
     parser.add_argument("--sun", help="x,y,z towards a lamp in place of the one at the camera")
+    parser.add_argument("--ground", metavar="FILE",
+                        help="ESRI ASCII grid that the water stands on; looks as in background.png")
     parser.add_argument("--normals", metavar="FILE",
                         help="write the filtered surface's unit normals in view space, three 32-bit floats a pixel, row by row from "
                              "the top left; 0 where there is no surface")
@@ -92,6 +94,48 @@ def surround(renderer, folder):
     renderer.GetEnvMapLookupTable().SetLUTSize(2)
     renderer.GetEnvMapLookupTable().SetLUTSamples(1)
     renderer.GetEnvMapIrradiance().SetIrradianceSize(2)
+
+
+def ground(path, target, camera, size, picture):
+    """The grid as an actor that shows what `picture` has where it is seen: so it covers the water that it should, and no light of VTK's
+    changes it."""
+    with open(path) as file:
+        words = file.read().split()
+    header = {words[i].lower(): float(words[i + 1]) for i in range(0, 10, 2)}
+    columns, rows, cell = int(header["ncols"]), int(header["nrows"]), header["cellsize"]
+    z = numpy.array(words[10:], dtype=float).reshape(rows, columns)[::-1]
+    x = header["xllcenter"] + cell * numpy.arange(columns)
+    y = header["yllcenter"] + cell * numpy.arange(rows)
+    places = numpy.stack([*numpy.meshgrid(x, y), z], axis=-1).reshape(-1, 3) - numpy.array(target)
+
+    matrix = camera.GetCompositeProjectionTransformMatrix(size[0] / size[1], 0, 1)
+    rows_of = numpy.array([[matrix.GetElement(i, j) for j in range(4)] for i in range(4)])
+    clip = numpy.c_[places, numpy.ones(len(places))] @ rows_of.T
+    in_front = clip[:, 3] > 0
+    seen = numpy.where(in_front[:, None], 0.5 + 0.5 * clip[:, :2] / numpy.maximum(clip[:, 3:], 1e-9), 0)
+
+    corner = (numpy.arange(rows - 1)[:, None] * columns + numpy.arange(columns - 1)).ravel()
+    squares = numpy.stack([corner, corner + 1, corner + columns + 1, corner + columns], axis=1)
+    squares = squares[in_front[squares].all(axis=1)]
+    cells = vtk.vtkCellArray()
+    offsets = numpy.arange(0, 4 * len(squares) + 1, 4)
+    cells.SetData(numpy_to_vtkIdTypeArray(offsets, deep=True), numpy_to_vtkIdTypeArray(squares.ravel(), deep=True))
+    points = vtk.vtkPoints()
+    points.SetData(numpy_to_vtk(places.astype(numpy.float32), deep=True))
+    surface = vtk.vtkPolyData()
+    surface.SetPoints(points)
+    surface.SetPolys(cells)
+    surface.GetPointData().SetTCoords(numpy_to_vtk(seen.astype(numpy.float32), deep=True))
+    mapper = vtk.vtkPolyDataMapper()
+    mapper.SetInputData(surface)
+    texture = vtk.vtkTexture()
+    texture.SetInputData(image(picture))
+    texture.InterpolateOn()
+    actor = vtk.vtkActor()
+    actor.SetMapper(mapper)
+    actor.SetTexture(texture)
+    actor.GetProperty().LightingOff()
+    return actor
 
 
 def pixels(window):
@@ -169,10 +213,13 @@ def main():
     camera.SetFocalPoint(0, 0, 0)
     camera.SetViewUp(*vector(up))
     camera.SetViewAngle(float(fovy))
+    size = [int(side) for side in args.size.split("x")]
+    if args.ground:
+        renderer.AddActor(ground(args.ground, target, camera, size, f"{args.surroundings}/background.png"))
     renderer.ResetCameraClippingRange()
     window = vtk.vtkRenderWindow()
     window.SetOffScreenRendering(1)
-    window.SetSize(*[int(side) for side in args.size.split("x")])
+    window.SetSize(*size)
     window.SetMultiSamples(0)
     window.AddRenderer(renderer)
     window.Render()

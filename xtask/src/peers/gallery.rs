@@ -27,6 +27,8 @@ struct Subject {
 enum Data {
     /// A file of `benches/views`, without its ending: made, with a camera.
     View(&'static str),
+    /// A case of `meniscus make`, with the land around it.
+    Made { case: &'static str, view: FixedView },
     /// A frame of a series in the folder of third-party data, of which a part is water.
     Series { path: &'static str, frame: &'static str, water: &'static str, view: FixedView },
 }
@@ -56,18 +58,34 @@ const SUBJECTS: [Subject; 3] = [
         },
         depth: 0.46,
     },
-    Subject { name: "fjord-tsunami", data: Data::View("fjord-tsunami"), depth: 116.5 },
+    Subject {
+        name: "fjord-tsunami",
+        data: Data::Made {
+            case: "fjord-tsunami",
+            view: FixedView {
+                size: [1280, 720],
+                camera: "500900,3398900,480/499400,3399900,120/0,0,1/45",
+                radius: 1.967,
+            },
+        },
+        depth: 116.5,
+    },
 ];
 
-/// Towards the sun of our automatic scene, for data that are not much longer to the north than to the east and have z up, as all
-/// three.
+/// Towards the sun of our automatic scene, for data that are not much longer to the north than to the east and have z up.
 const SUN: &str = "-0.181,-0.644,0.743";
+
+/// Towards the sun of the scene that comes with made land.
+const SUN_OF_LAND: &str = "-0.628,-0.439,0.643";
 
 /// How much of VTK's attenuation the depth of the water makes: about as deep a colour as ours.
 const VTK_ABSORPTION: f64 = 2.5;
 
 /// No particle is near enough to be drawn, and none throws a shadow: what is left is what surrounds the water.
 const WITHOUT_WATER: [&str; 4] = ["--param", "lod.far=1e-9", "--param", "scene.shadows=false"];
+
+/// Land throws shadows without water, too.
+const LAND_WITHOUT_WATER: [&str; 4] = ["--param", "lod.far=1e-9", "--lighting", "vtk"];
 
 /// Faces of the cube that VTK reflects: where to look and what is up, in the order and the sense of a cube map.
 const FACES: [(&str, [f64; 3], &str); 6] = [
@@ -86,6 +104,13 @@ struct Drawing {
     size: String,
     radius: String,
     attenuation_scale: f64,
+    land: Option<Land>,
+}
+
+/// What `meniscus make` writes beside particles that stand on land.
+struct Land {
+    scene: PathBuf,
+    grid: PathBuf,
 }
 
 /// Draws every subject of which there are data with both, beside each other, to `output`; `scratch` keeps what is in between.
@@ -111,7 +136,7 @@ pub fn draw(tools: &Tools, scratch: &Path, output: &Path, data: Option<&Path>) -
         drawing.ours(tools, &drawing.camera, &drawing.size, &[], &right)?;
         let picture = output.join(subject.picture());
         let mut pair = tools.script("vtk_pair.py").expect("VTK is there");
-        pair.args([&left, &right, &picture]).args(["--captions", &theirs, "meniscus, no flags"]);
+        pair.args([&left, &right, &picture]).args(["--captions", &theirs, drawing.caption()]);
         process::run(&mut pair)?;
         match std::fs::metadata(&picture) {
             Ok(file) if file.len() > 0 => println!("wrote {} ({} kB)", picture.display(), file.len() / 1000),
@@ -142,7 +167,15 @@ impl Subject {
                     camera: files.camera,
                     size: format!("{}x{}", files.size[0], files.size[1]),
                     radius: files.radius.to_string(),
+                    land: None,
                 }))
+            }
+            Data::Made { case, view } => {
+                process::run(tools.ours("meniscus").args(["make", case, "--quiet", "-o"]).arg(folder))?;
+                let stem = case.replace('-', "_");
+                let file = |ending: &str| folder.join(format!("{stem}_{ending}"));
+                let land = Land { scene: file("scene.toml"), grid: file("ground.asc") };
+                Ok(Ok(self.fixed(view, file("0000.vtu"), Some(land))))
             }
             Data::Series { path, frame, water, view } => {
                 let series = match third_party(data, path) {
@@ -153,14 +186,19 @@ impl Subject {
                 let mut convert = tools.ours("meniscus");
                 convert.arg("convert").arg(series).arg("-o").arg(&particles);
                 process::run(convert.args(["--frame", frame, "--where", water, "--quiet"]))?;
-                Ok(Ok(Drawing {
-                    attenuation_scale: VTK_ABSORPTION / self.depth,
-                    particles,
-                    camera: view.camera.to_owned(),
-                    size: format!("{}x{}", view.size[0], view.size[1]),
-                    radius: view.radius.to_string(),
-                }))
+                Ok(Ok(self.fixed(view, particles, None)))
             }
+        }
+    }
+
+    fn fixed(&self, view: &FixedView, particles: PathBuf, land: Option<Land>) -> Drawing {
+        Drawing {
+            attenuation_scale: VTK_ABSORPTION / self.depth,
+            particles,
+            camera: view.camera.to_owned(),
+            size: format!("{}x{}", view.size[0], view.size[1]),
+            radius: view.radius.to_string(),
+            land,
         }
     }
 }
@@ -176,22 +214,34 @@ impl Drawing {
     fn ours(&self, tools: &Tools, camera: &str, size: &str, flags: &[&str], picture: &Path) -> Result<()> {
         let mut render = tools.ours("meniscus");
         render.arg("render").arg(&self.particles).args(["--quiet", "--camera", camera, "--size", size]);
+        if let Some(land) = &self.land {
+            render.arg("--scene").arg(&land.scene);
+        }
         process::run(render.args(["--radius", &self.radius]).args(flags).arg("--output").arg(picture))
+    }
+
+    fn caption(&self) -> &'static str {
+        if self.land.is_some() { "meniscus, no flags but --scene" } else { "meniscus, no flags" }
     }
 
     /// VTK's water among what surrounds ours.
     fn theirs(&self, tools: &Tools, folder: &Path, picture: &Path) -> Result<()> {
         let around = |name: &str| folder.join(format!("{name}.png"));
-        self.ours(tools, &self.camera, &self.size, &WITHOUT_WATER, &around("background"))?;
+        let without_water = if self.land.is_some() { LAND_WITHOUT_WATER } else { WITHOUT_WATER };
+        self.ours(tools, &self.camera, &self.size, &without_water, &around("background"))?;
         for (name, towards, up) in FACES {
             let camera = looking(&self.camera, towards, up);
-            self.ours(tools, &camera, "512x512", &WITHOUT_WATER, &around(name))?;
+            self.ours(tools, &camera, "512x512", &without_water, &around(name))?;
         }
         let mut vtk = tools.script("vtk_fluid.py").expect("VTK is there");
         vtk.arg(&self.particles).arg(picture).args(["--camera", &self.camera, "--size", &self.size]);
         vtk.args(["--radius", &self.radius, "--look", "best", "--frames", "0"]);
         vtk.args(["--attenuation-scale", &self.attenuation_scale.to_string()]);
-        vtk.arg("--surroundings").arg(folder).arg(format!("--sun={SUN}"));
+        let sun = if self.land.is_some() { SUN_OF_LAND } else { SUN };
+        vtk.arg("--surroundings").arg(folder).arg(format!("--sun={sun}"));
+        if let Some(land) = &self.land {
+            vtk.arg("--ground").arg(&land.grid);
+        }
         json::<Samples>(&mut vtk).map(|_| ())
     }
 }
