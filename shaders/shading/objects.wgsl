@@ -17,7 +17,6 @@ struct SceneVertex {
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> surroundings: Surroundings;
 @group(0) @binding(2) var<storage, read> vertices: array<SceneVertex>;
-@group(0) @binding(3) var<storage, read> triangles: array<u32>;
 @group(0) @binding(4) var<storage, read> materials: array<Material>;
 
 struct Varying {
@@ -37,7 +36,7 @@ struct Target {
 
 @vertex
 fn vertex(@builtin(vertex_index) index: u32) -> Varying {
-    let v = vertices[triangles[index]];
+    let v = vertices[index];
     let position = (camera.view_from_world * vec4(v.position_world, 1.0)).xyz;
     let w = select(-position.z, 1.0, camera.orthographic != 0u);
     // Depth comes from the fragment; 0.5 keeps the clipper to what lies in front of the eye.

@@ -43,6 +43,13 @@ pub struct Buffer<R: Role> {
 /// From here on, writing where the GPU reads saves more than it takes to map.
 const IN_PLACE_BYTES: u64 = 1 << 20;
 
+impl<R: Role<Element = u32>> Buffer<R> {
+    /// Makes its elements the vertices that `pass` draws by index.
+    pub fn set_as_indices(&self, pass: &mut wgpu::RenderPass<'_>) {
+        pass.set_index_buffer(self.raw.slice(..), wgpu::IndexFormat::Uint32);
+    }
+}
+
 impl<R: Role> Buffer<R> {
     /// Room for `capacity` elements, none in use; contents are zero.
     ///

@@ -1,6 +1,9 @@
 //! The opaque scene pass: sky, floor and objects with their distance.
 
+use std::ops::Range;
+
 use bytemuck::{Pod, Zeroable};
+use glam::{Mat4, Vec3};
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
 use meniscus_gpu::{
@@ -71,8 +74,25 @@ pub struct SceneGeometry {
     materials: Buffer<Materials>,
     surroundings: Surroundings,
     environment: EnvironmentMap,
+    runs: Vec<Run>,
     objects: Aabb,
 }
+
+/// Triangles of a run: few enough to leave out much of a terrain that is not in view, and enough to be worth the question.
+const RUN_TRIANGLES: usize = 8192;
+
+/// Triangles that are drawn together, or not at all.
+#[derive(Debug)]
+struct Run {
+    /// Of `triangles`.
+    indices: Range<u32>,
+    /// World.
+    bounds: Aabb,
+}
+
+/// Triangles that pad scenes of fewer: given three vertices in all, lavapipe of Mesa 22.3.6 on processors without AVX (vectors of
+/// four) writes a fourth one and corrupts the heap.
+const FEWEST_INDICES: usize = 6;
 
 impl SceneGeometry {
     /// Uploads `scene`.
@@ -82,6 +102,7 @@ impl SceneGeometry {
     pub fn new(gpu: &Gpu, scene: &Scene) -> Result<Self, ShadingError> {
         let mut bounds = Aabb::EMPTY;
         let (mut vertices, mut triangles, mut materials) = (Vec::new(), Vec::new(), Vec::new());
+        let mut runs = Vec::new();
         for object in &scene.objects {
             bounds = bounds.union(Aabb::of_points(&object.mesh.positions));
             let first = vertices.len() as u32;
@@ -96,7 +117,15 @@ impl SceneGeometry {
                     front_only,
                 },
             ));
-            triangles.extend(object.mesh.indices.iter().map(|i| first + i));
+            for run in object.mesh.indices.chunks(3 * RUN_TRIANGLES) {
+                let start = triangles.len() as u32;
+                triangles.extend(run.iter().map(|i| first + i));
+                triangles
+                    .resize(triangles.len().next_multiple_of(3).max(start as usize + FEWEST_INDICES), first);
+                let corner = |&i: &u32| Vec3::from(object.mesh.positions[i as usize]);
+                let bounds = run.iter().map(corner).fold(Aabb::EMPTY, Aabb::with_point);
+                runs.push(Run { indices: start..triangles.len() as u32, bounds });
+            }
         }
         Ok(Self {
             vertices: Buffer::from_slice(gpu, &vertices)?,
@@ -104,6 +133,7 @@ impl SceneGeometry {
             materials: Buffer::from_slice(gpu, &materials)?,
             surroundings: Surroundings::new(scene),
             environment: EnvironmentMap::new(gpu, scene)?,
+            runs,
             objects: bounds,
         })
     }
@@ -176,6 +206,7 @@ impl ScenePass {
         bindings.retain(|(name, _)| pipeline.binds(name));
         let size = Dispatch::Pixels(color.size());
         recorder.compute(gpu, "shading.background", pipeline, &bindings, size);
+        let in_view: Vec<&Run> = scene.runs.iter().filter(|run| is_in_view(camera, run.bounds)).collect();
         if scene.triangles.is_empty() {
             return;
         }
@@ -186,19 +217,34 @@ impl ScenePass {
             ("surroundings", recorder.uniform(surroundings)),
             ("environment_texels", scene.environment.texels().bind()),
             ("vertices", scene.vertices.bind()),
-            ("triangles", scene.triangles.bind()),
             ("materials", scene.materials.bind()),
         ];
         bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));
         let targets = [(color.view(), None), (distance.view(), None)];
-        // A triangle more, of a point: given three vertices in all, lavapipe of Mesa 22.3.6 on processors without AVX (vectors
-        // of four) writes a fourth one and corrupts the heap. Reading past the end of a buffer gives something inside of it.
-        let count = scene.triangles.len().max(6) as u32;
         recorder.raster(gpu, "shading.objects", pipeline, &bindings, &targets, Some(depth.view()), |pass| {
-            pass.draw(0..count, 0..1);
+            // Indexed: most vertices are shared by six triangles.
+            scene.triangles.set_as_indices(pass);
+            for run in in_view {
+                pass.draw_indexed(run.indices.clone(), 0, 0..1);
+            }
         });
     }
+}
+
+/// Whether a part of `bounds` (world) may be in the picture. Never wrongly `false`: what lies beyond one side of the frustum with all its
+/// corners lies beyond it.
+fn is_in_view(camera: &CameraUniform, bounds: Aabb) -> bool {
+    let view_from_world = Mat4::from_cols_array_2d(&camera.view_from_world);
+    let corners = bounds.corners().map(|corner| view_from_world.transform_point3(corner));
+    let [half_width, half_height] = camera.half_extent;
+    let scale = |corner: &Vec3| if camera.orthographic != 0 { 1.0 } else { -corner.z };
+    let is_beyond = |side: &dyn Fn(&Vec3) -> bool| corners.iter().all(side);
+    !(is_beyond(&|c| c.x > half_width * scale(c))
+        || is_beyond(&|c| -c.x > half_width * scale(c))
+        || is_beyond(&|c| c.y > half_height * scale(c))
+        || is_beyond(&|c| -c.y > half_height * scale(c))
+        || is_beyond(&|c| -c.z < camera.near_world))
 }
 
 fn compile_background(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
@@ -223,6 +269,40 @@ fn compile_objects(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeli
 #[cfg(test)]
 mod tests {
     use super::*;
+    use meniscus_core::{Camera, Projection};
+
+    #[test]
+    fn what_may_be_in_the_picture_is_drawn_and_what_lies_beside_it_is_not() {
+        for projection in
+            [Projection::Perspective { fovy_rad: 0.8 }, Projection::Orthographic { height_world: 2.0 }]
+        {
+            let camera = Camera {
+                eye: Vec3::new(0.0, -5.0, 2.0),
+                target: Vec3::ZERO,
+                up: Vec3::Z,
+                projection,
+                near: 0.1,
+            };
+            let camera = CameraUniform::new(&camera, [160, 90]);
+            let boxed = |center: Vec3, size: f32| Aabb { min: center - size, max: center + size };
+            // In it, around the eye with all of it inside, and with every corner outside.
+            for seen in
+                [boxed(Vec3::ZERO, 0.1), boxed(Vec3::ZERO, 9.0), boxed(Vec3::new(0.0, 50.0, -20.0), 40.0)]
+            {
+                assert!(is_in_view(&camera, seen), "{projection:?}: {seen:?}");
+            }
+            // Right, left, below, above and behind.
+            for unseen in [
+                Vec3::new(6.0, 0.0, 0.0),
+                Vec3::new(-6.0, 0.0, 0.0),
+                Vec3::new(0.0, 0.0, -6.0),
+                Vec3::new(0.0, 0.0, 6.0),
+                Vec3::new(0.0, -9.0, 3.6),
+            ] {
+                assert!(!is_in_view(&camera, boxed(unseen, 0.1)), "{projection:?}: {unseen}");
+            }
+        }
+    }
 
     #[test]
     fn vertices_match_their_shader() {

@@ -17,7 +17,7 @@ fn slope() -> String {
 #[test]
 fn land_takes_the_place_of_the_floor_and_hides_the_water_in_it() {
     let program = program_with_dam(3000, 1);
-    program.write("slope.asc", &slope());
+    program.write("slope.asc", slope());
     program.write("scene.toml", "[[terrain]]\nfile = \"slope.asc\"\nmaterial = \"plain\"\n");
     // From above, without refraction and shadows: land is grey, water blue.
     let render = "render dam -o a.png --size 64x48 --lighting vtk --param lighting.refraction_scale=0 --param scene.shadows=false \
@@ -35,7 +35,7 @@ fn land_takes_the_place_of_the_floor_and_hides_the_water_in_it() {
     assert!(share(&is_water, 29..34) > 0.5, "{}", share(&is_water, 29..34));
 
     // Land that lies higher than all of the water leaves nothing of it.
-    program.write("slope.asc", &slope().replace(" 0.", " 5."));
+    program.write("slope.asc", slope().replace(" 0.", " 5."));
     program.run(&render.replace("0.6,0.5,6/", "0.6,0.5,16/")).ok();
     assert!(!Pixels::read(&program.path("a.png")).rgba.iter().any(is_water), "no water");
 }
@@ -64,7 +64,7 @@ fn a_bed_is_seen_through_the_water_as_a_floor_is() {
     let program = program_with_dam(30_000, 1);
     program.write("floor.toml", "[floor]\nheight = 0\nmaterial = \"concrete\"\n");
     let block = "[[box]]\nmin = [-50, -50, -1]\nmax = [50, 50, 0]\nmaterial = \"concrete\"\n";
-    program.write("block.toml", &format!("[floor]\nheight = -5\n{block}"));
+    program.write("block.toml", format!("[floor]\nheight = -5\n{block}"));
     let picture = |scene: &str| {
         let flags = "--lighting point-light --param scene.shadows=false --size 480x270 --camera 6,-3,1.0/1.6,0.5,0.2/0,0,1/20";
         program.run(&format!("render dam -o {scene}.png -q {flags} --scene {scene}.toml")).ok();

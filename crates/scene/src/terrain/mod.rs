@@ -9,6 +9,9 @@ use glam::{DVec2, DVec3, Vec3};
 
 use crate::{Mesh, SceneError, UpFrame};
 
+/// Squares along a side of a block.
+const BLOCK: usize = 64;
+
 /// Heights over a regular grid of the map.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Terrain {
@@ -115,8 +118,9 @@ impl Terrain {
                 mesh.normals.push(frame.world_of(normal.as_vec3()).to_array());
             }
         }
-        for row in 1..rows {
-            for column in 1..columns {
+        // Square by square of squares, so that triangles that follow each other lie together.
+        for block in blocks([columns, rows]) {
+            for (column, row) in block {
                 let corners = [(column - 1, row - 1), (column, row - 1), (column, row), (column - 1, row)]
                     .map(|(column, row)| vertices[row * columns + column]);
                 if let [Some(a), Some(b), Some(c), Some(d)] = corners {
@@ -126,6 +130,18 @@ impl Terrain {
         }
         mesh
     }
+}
+
+/// North-eastern points of the squares between `size` points, in blocks of [`BLOCK`] squares each way.
+fn blocks([columns, rows]: [usize; 2]) -> impl Iterator<Item = impl Iterator<Item = (usize, usize)>> {
+    let starts =
+        move |points: usize| (1..points).step_by(BLOCK).map(move |start| start..points.min(start + BLOCK));
+    starts(rows).flat_map(move |rows| {
+        starts(columns).map(move |columns| {
+            let columns = columns.clone();
+            rows.clone().flat_map(move |row| columns.clone().map(move |column| (column, row)))
+        })
+    })
 }
 
 #[cfg(test)]
@@ -184,6 +200,11 @@ mod tests {
         let mesh = terrain.mesh(UpFrame::new(UpAxis::Z), DVec3::new(5e5, 3.4e6, 0.0));
         assert_eq!(mesh.positions.len(), 2500 * 500);
         assert_eq!(mesh.positions[1], [4.0, 0.0, 2.0]);
+        // Every square once: the first corner of the first of two triangles is its own.
+        let mut squares: Vec<u32> = mesh.indices.chunks_exact(6).map(|square| square[0]).collect();
+        squares.sort_unstable();
+        let expected = (0..499u32).flat_map(|row| (0..2499).map(move |column| row * 2500 + column));
+        assert!(squares.into_iter().eq(expected));
         assert_eq!(plane(2048, 2048).step(), 1);
     }
 
