@@ -222,7 +222,8 @@ impl Description {
         for (i, ground) in self.terrain.iter().enumerate() {
             let material = self.material(&format!("terrain[{i}].material"), &ground.material, &check)?;
             let terrain = Terrain::read(&check.beside(&ground.file))?;
-            scene.add_terrain(&ground.file.display().to_string(), &terrain, origin, material);
+            let name = ground.file.display().to_string();
+            scene.add_terrain(&name, &terrain, origin, bounds, material)?;
         }
         Ok(scene)
     }
@@ -382,6 +383,22 @@ mod tests {
             Aabb { min: Vec3::X, max: Vec3::new(2.0, 1.0, 1.0) }
         );
         assert!(resolve("[floor]\nvisible = false").unwrap().floor.is_none());
+    }
+
+    #[test]
+    fn the_manual_shows_what_can_be_read() {
+        let manual = include_str!("../../../docs/scene.md");
+        let example = manual.split("```toml").nth(1).and_then(|rest| rest.split("```").next()).unwrap();
+        let description = Description::from_toml(example, "docs/scene.md").unwrap();
+        assert!(
+            !description.terrain.is_empty()
+                && !description.boxes.is_empty()
+                && !description.materials.is_empty()
+        );
+        // Other names are written out.
+        for name in Material::NAMES {
+            assert!(manual.contains(name), "{name}");
+        }
     }
 
     #[test]

@@ -4,7 +4,7 @@ use glam::{DVec3, Vec3};
 use meniscus_core::{Aabb, Choice, UpAxis};
 
 use crate::camera::facing;
-use crate::{Environment, Material, Mesh, Sides, Terrain, UpFrame};
+use crate::{Environment, Material, Mesh, SceneError, Sides, Terrain, UpFrame};
 
 /// The sun.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -133,8 +133,33 @@ impl Scene {
         Material { scale, ..material }
     }
 
-    /// Adds `terrain`, whose file is called `name`; `origin` (file) is where world space starts.
-    pub fn add_terrain(&mut self, name: &str, terrain: &Terrain, origin: DVec3, material: Material) {
+    /// Adds `terrain`, whose file is called `name`, around data in `bounds` (world); `origin` (file) is where world space starts.
+    ///
+    /// # Errors
+    /// [`SceneError::Terrain`] when it is nowhere near the data, as in another map projection.
+    pub fn add_terrain(
+        &mut self,
+        name: &str,
+        terrain: &Terrain,
+        origin: DVec3,
+        bounds: Aabb,
+        material: Material,
+    ) -> Result<(), SceneError> {
+        let mesh = terrain.mesh(UpFrame::new(self.up), origin);
+        let covered = Aabb::of_points(&mesh.positions);
+        let near = bounds.inflated(self.size_world);
+        let is_apart =
+            |axis: usize| !(covered.min[axis] <= near.max[axis] && covered.max[axis] >= near.min[axis]);
+        let is_near = covered.is_empty() || bounds.is_empty() || !(0..3).any(is_apart);
+        if !is_near || !mesh.positions.iter().all(|&position| Vec3::from(position).is_finite()) {
+            let file = |v: Vec3| (v.as_dvec3() + origin).to_array();
+            let (land, data) = ([covered.min, covered.max].map(file), [bounds.min, bounds.max].map(file));
+            let message = format!(
+                "lies between {:?} and {:?}, the particles between {:?} and {:?}: are both in the same map projection and unit?",
+                land[0], land[1], data[0], data[1]
+            );
+            return Err(SceneError::Terrain { file: name.to_owned(), message });
+        }
         let (step, [columns, rows]) = (terrain.step(), terrain.size());
         if step > 1 {
             self.choices.push(Choice {
@@ -148,14 +173,9 @@ impl Scene {
         let scale =
             if material.scale > 0.0 { material.scale } else { terrain.spacing().max_element() as f32 * 4.0 };
         let material = Material { scale, ..material };
-        let mesh = terrain.mesh(UpFrame::new(self.up), origin);
         self.has_terrain = true;
-        self.objects.push(Object {
-            name: name.to_owned(),
-            mesh,
-            material: self.scaled(material),
-            sides: Sides::Both,
-        });
+        self.objects.push(Object { name: name.to_owned(), mesh, material, sides: Sides::Both });
+        Ok(())
     }
 
     /// Adds the walls of a tank around `bounds` (world), `height_world` high from its bottom, seen from inside only.
@@ -223,6 +243,30 @@ mod tests {
             let mirrored = forward - 2.0 * forward.dot(up.vector()) * up.vector();
             // 60 degrees: beyond the slopes of waves, which turn the reflection by twice their angle.
             assert!(mirrored.dot(scene.sun.direction) < 0.5);
+        }
+    }
+
+    #[test]
+    fn land_has_to_be_where_the_data_is() {
+        use glam::DVec2;
+        let origin = DVec3::new(5e5, 3.4e6, 0.0);
+        let add = |south_west: DVec2, height: f32| {
+            let mut scene = Scene::around(bounds(), UpAxis::Z, 0.1);
+            let terrain = Terrain::new(south_west, DVec2::splat(2.0), 3, vec![height; 9]);
+            let added = scene.add_terrain("land.asc", &terrain, origin, bounds(), Material::default());
+            added.map(|()| scene).map_err(|e| e.to_string())
+        };
+        let scene = add(origin.truncate(), 1.0).unwrap();
+        // Of four squares.
+        assert_eq!((scene.has_terrain, scene.objects[0].material.scale), (true, 8.0));
+        for (south_west, height) in [
+            (DVec2::ZERO, 1.0),
+            (origin.truncate(), 1e4),
+            (DVec2::splat(f64::MAX), 1.0),
+            (origin.truncate(), f32::MAX),
+        ] {
+            let message = add(south_west, height).unwrap_err();
+            assert!(message.contains("land.asc") && message.contains("same map projection"), "{message}");
         }
     }
 

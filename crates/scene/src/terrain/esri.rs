@@ -4,6 +4,9 @@ use glam::DVec2;
 
 use super::Terrain;
 
+/// No land is higher or lower, whatever the unit.
+const HIGHEST: f64 = 1e30;
+
 /// Whether it begins as these grids do.
 pub(super) fn is_esri(bytes: &[u8]) -> bool {
     bytes.trim_ascii_start().get(..5).is_some_and(|word| word.eq_ignore_ascii_case(b"ncols"))
@@ -38,7 +41,7 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Terrain, String> {
     let [columns, rows] = header.size(bytes.len())?;
     let spacing = header.spacing()?;
     let south_west = header.south_west(spacing)?;
-    let mut heights = vec![f64::NAN; columns * rows];
+    let mut heights = vec![f32::NAN; columns * rows];
     for row in (0..rows).rev() {
         for column in 0..columns {
             let place = || format!("height {} of row {}", column + 1, rows - row);
@@ -47,8 +50,9 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Terrain, String> {
             })?;
             let height =
                 number(text).ok_or_else(|| format!("{} is {:?}, expected a number", place(), shown(text)))?;
-            if height.is_finite() && Some(height) != header.missing {
-                heights[row * columns + column] = height;
+            // Without the key, ESRI's default. Rasters of floats have their largest negative number there.
+            if height.abs() < HIGHEST && height != header.missing.unwrap_or(-9999.0) {
+                heights[row * columns + column] = height as f32;
             }
         }
     }
@@ -143,6 +147,10 @@ mod tests {
         let [west, missing, east] = [0, 1, 2].map(|i| terrain.heights[i]);
         assert_eq!((west, east, &terrain.heights[3..]), (4.0, 6.0, &[1.0, 2.0, 3.0][..]));
         assert!(missing.is_nan());
+        let undeclared =
+            SMALL.replace("NODATA_value -9999\n", "").replace("4 -9999", "-3.4028234663852886e+38 -9999");
+        let undeclared = parsed(&undeclared).unwrap();
+        assert!(undeclared.heights[0].is_nan() && undeclared.heights[1].is_nan());
         let oblong = parsed(&SMALL.replace("cellsize 10", "dx 10 dy 20")).unwrap();
         assert_eq!(oblong.spacing, DVec2::new(10.0, 20.0));
     }

@@ -22,7 +22,7 @@ pub struct Terrain {
     /// Points from west to east.
     columns: usize,
     /// Heights in file units, west to east in rows from south to north; NaN where there is none.
-    heights: Vec<f64>,
+    heights: Vec<f32>,
 }
 
 impl Terrain {
@@ -30,7 +30,7 @@ impl Terrain {
     pub const MOST_POINTS: usize = 4 << 20;
 
     /// Larger files are not read, bytes.
-    const MOST_BYTES: u64 = 2 << 30;
+    const MOST_BYTES: u64 = 1 << 30;
 
     /// Reads an ESRI ASCII grid or a USGS DEM, which its first word tells.
     ///
@@ -55,7 +55,7 @@ impl Terrain {
     ///
     /// # Panics
     /// When `heights` are no whole rows.
-    pub fn new(south_west: DVec2, spacing: DVec2, columns: usize, heights: Vec<f64>) -> Self {
+    pub fn new(south_west: DVec2, spacing: DVec2, columns: usize, heights: Vec<f32>) -> Self {
         assert!(columns > 0 && heights.len().is_multiple_of(columns), "heights fill their rows");
         Self { south_west, spacing, columns, heights }
     }
@@ -84,7 +84,8 @@ impl Terrain {
         let along = |axis: Vec3| origin.dot(axis.as_dvec3());
         let from = self.south_west - DVec2::new(along(frame.east), along(frame.north));
         let spacing = self.spacing();
-        let height = |column: usize, row: usize| self.heights[row * step * self.columns + column * step];
+        let height =
+            |column: usize, row: usize| f64::from(self.heights[row * step * self.columns + column * step]);
         let mut mesh = Mesh::default();
         // Vertex of every point that is there.
         let mut vertices = vec![None; columns * rows];
@@ -152,7 +153,7 @@ mod tests {
     /// A plane that rises by 0.5 to the east and falls by 0.25 to the north.
     fn plane(columns: usize, rows: usize) -> Terrain {
         let heights =
-            (0..columns * rows).map(|i| (i % columns) as f64 - 0.5 * (i / columns) as f64).collect();
+            (0..columns * rows).map(|i| (i % columns) as f32 - 0.5 * (i / columns) as f32).collect();
         Terrain::new(DVec2::new(5e5, 3.4e6), DVec2::new(2.0, 2.0), columns, heights)
     }
 
@@ -182,14 +183,14 @@ mod tests {
     #[test]
     fn what_is_missing_leaves_a_hole() {
         let mut terrain = plane(5, 5);
-        terrain.heights[12] = f64::NAN;
+        terrain.heights[12] = f32::NAN;
         let frame = UpFrame::new(UpAxis::Z);
         let mesh = terrain.mesh(frame, DVec3::new(5e5, 3.4e6, 0.0));
         // The four squares around the point are gone, and nothing is drawn of it.
         assert_eq!((mesh.positions.len(), mesh.indices.len()), (24, 12 * 6));
         let normal = Vec3::new(-0.5, 0.25, 1.0).normalize();
         assert!(mesh.normals.iter().all(|&n| Vec3::from(n).distance(normal) < 1e-6));
-        terrain.heights.fill(f64::NAN);
+        terrain.heights.fill(f32::NAN);
         assert_eq!(terrain.mesh(frame, DVec3::ZERO), Mesh::default());
     }
 

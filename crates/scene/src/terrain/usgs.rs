@@ -37,18 +37,29 @@ pub(super) fn parse(bytes: &[u8]) -> Result<Terrain, String> {
 struct Header {
     /// Distances of profiles, and of heights in them.
     spacing: DVec2,
+    /// Steps in which heights are stored.
     height_unit: f64,
+    /// Ground units in a unit of height.
+    ground_per_height: f64,
     profiles: usize,
 }
 
 impl Header {
     fn read(text: &[u8]) -> Option<Self> {
         let [x, y, z] = [817, 829, 841].map(|column| number(text, column, 12));
+        // Feet or metres; arc seconds and others are left as they are.
+        let metres = |column: usize| match number(text, column, 6) {
+            Some(1.0) => Some(0.3048),
+            Some(2.0) => Some(1.0),
+            _ => None,
+        };
+        let ground_per_height = metres(535).zip(metres(529)).map_or(1.0, |(height, ground)| height / ground);
         let positive = |value: Option<f64>| value.filter(|value| value.is_finite() && *value > 0.0);
         let profiles = number(text, 859, 6).filter(|count| count.fract() == 0.0 && *count >= 1.0)?;
         // Every profile takes a record: no more are believed than the file holds.
         let profiles = (profiles as usize <= text.len() / RECORD).then_some(profiles as usize)?;
-        Some(Self { spacing: DVec2::new(positive(x)?, positive(y)?), height_unit: positive(z)?, profiles })
+        let spacing = DVec2::new(positive(x)?, positive(y)?);
+        Some(Self { spacing, height_unit: positive(z)?, ground_per_height, profiles })
     }
 
     /// Profiles stand on a common grid, but need not start in the same row of it.
@@ -65,11 +76,11 @@ impl Header {
                 "its profiles start too far from each other: {there} heights in {rows} rows"
             ));
         }
-        let mut heights = vec![f64::NAN; rows as usize * columns];
+        let mut heights = vec![f32::NAN; rows as usize * columns];
         for (column, profile) in profiles.iter().enumerate() {
             let first = row_of(profile) as usize;
             for (row, height) in profile.heights.iter().enumerate() {
-                heights[(first + row) * columns + column] = *height;
+                heights[(first + row) * columns + column] = (*height * self.ground_per_height) as f32;
             }
         }
         Ok(Terrain::new(DVec2::new(profiles[0].start.x, south), self.spacing, columns, heights))
@@ -181,6 +192,19 @@ mod tests {
     }
 
     #[test]
+    fn heights_come_in_the_unit_of_the_map() {
+        for (ground, height, expected) in
+            [("2", "1", 10.0 * 0.3048), ("1", "2", 10.0 / 0.3048), ("2", "2", 10.0), ("3", "2", 10.0)]
+        {
+            let mut text = dem(2);
+            text[533..534].copy_from_slice(ground.as_bytes());
+            text[539..540].copy_from_slice(height.as_bytes());
+            // 1e-6: rounding of f32.
+            assert!((f64::from(parse(&text).unwrap().heights[0]) / expected - 1.0).abs() < 1e-6);
+        }
+    }
+
+    #[test]
     fn long_profiles_go_on_in_the_next_records() {
         let count = FIRST + 2 * NEXT + 5;
         let with_lines: Vec<u8> =
@@ -189,7 +213,7 @@ mod tests {
             let terrain = parse(&text).unwrap();
             let last = |row: usize| terrain.heights[row * 3 + 2];
             let rows = [0, FIRST - 1, FIRST, FIRST + NEXT - 1, FIRST + NEXT, count - 1];
-            assert_eq!(rows.map(last), rows.map(|row| 10.0 + 0.5 * (20 + row) as f64));
+            assert_eq!(rows.map(last), rows.map(|row| 10.0 + 0.5 * (20 + row) as f32));
         }
     }
 
