@@ -136,7 +136,7 @@ impl Scene {
     /// Adds `terrain`, whose file is called `name`, around data in `bounds` (world); `origin` (file) is where world space starts.
     ///
     /// # Errors
-    /// [`SceneError::Terrain`] when it is nowhere near the data, as in another map projection.
+    /// [`SceneError::Terrain`] when there is nothing to draw of it, or when it is nowhere near the data, as in another map projection.
     pub fn add_terrain(
         &mut self,
         name: &str,
@@ -146,11 +146,15 @@ impl Scene {
         material: Material,
     ) -> Result<(), SceneError> {
         let mesh = terrain.mesh(UpFrame::new(self.up), origin);
+        let fail = |message| SceneError::Terrain { file: name.to_owned(), message };
+        if mesh.indices.is_empty() {
+            return Err(fail("has no four heights around a square, so that there is nothing to draw".into()));
+        }
         let covered = Aabb::of_points(&mesh.positions);
         let near = bounds.inflated(self.size_world);
         let is_apart =
             |axis: usize| !(covered.min[axis] <= near.max[axis] && covered.max[axis] >= near.min[axis]);
-        let is_near = covered.is_empty() || bounds.is_empty() || !(0..3).any(is_apart);
+        let is_near = bounds.is_empty() || !(0..3).any(is_apart);
         if !is_near || !mesh.positions.iter().all(|&position| Vec3::from(position).is_finite()) {
             let file = |v: Vec3| (v.as_dvec3() + origin).to_array();
             let (land, data) = ([covered.min, covered.max].map(file), [bounds.min, bounds.max].map(file));
@@ -158,7 +162,7 @@ impl Scene {
                 "lies between {:?} and {:?}, the particles between {:?} and {:?}: are both in the same map projection and unit?",
                 land[0], land[1], data[0], data[1]
             );
-            return Err(SceneError::Terrain { file: name.to_owned(), message });
+            return Err(fail(message));
         }
         let (step, [columns, rows]) = (terrain.step(), terrain.size());
         if step > 1 {
@@ -268,6 +272,8 @@ mod tests {
             let message = add(south_west, height).unwrap_err();
             assert!(message.contains("land.asc") && message.contains("same map projection"), "{message}");
         }
+        let message = add(origin.truncate(), f32::NAN).unwrap_err();
+        assert!(message.contains("nothing to draw"), "{message}");
     }
 
     #[test]
