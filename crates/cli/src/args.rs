@@ -554,7 +554,7 @@ pub enum ConvertEncoding {
 /// `meniscus make`.
 #[derive(Debug, Args)]
 pub struct MakeArgs {
-    /// Which case.
+    /// Which case; the fjord comes with its land, a scene file for `render --scene`.
     #[arg(value_name = "sphere-entry|dam-break|fjord-tsunami")]
     pub case: CaseName,
 

@@ -2,7 +2,7 @@ use glam::camera::rh::view::look_at_mat4;
 use glam::{Mat4, Vec2, Vec3};
 use serde::{Deserialize, Serialize};
 
-use crate::Aabb;
+use crate::{Aabb, Frustum};
 
 /// How view space is mapped to the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
@@ -149,31 +149,10 @@ impl Camera {
         matches!(self.projection, Projection::Orthographic { .. })
     }
 
-    /// The frustum's bounding planes in world space, pointing inwards: `dot(n, p) + d >= 0` inside. Left, right, bottom,
-    /// top, near; there is no far plane.
-    pub fn frustum_planes(&self, size: [u32; 2]) -> [(Vec3, f32); 5] {
+    /// What it can see in a picture of `size` pixels.
+    pub fn frustum(&self, size: [u32; 2]) -> Frustum {
         let world_from_view = self.view_from_world().inverse();
-        let half = self.half_extent(size);
-        let plane = |normal_view: Vec3, point_view: Vec3| {
-            let n = world_from_view.transform_vector3(normal_view).normalize();
-            (n, -n.dot(world_from_view.transform_point3(point_view)))
-        };
-        match self.projection {
-            Projection::Perspective { .. } => [
-                plane(Vec3::new(1.0, 0.0, -half.x), Vec3::ZERO),
-                plane(Vec3::new(-1.0, 0.0, -half.x), Vec3::ZERO),
-                plane(Vec3::new(0.0, 1.0, -half.y), Vec3::ZERO),
-                plane(Vec3::new(0.0, -1.0, -half.y), Vec3::ZERO),
-                plane(Vec3::NEG_Z, Vec3::new(0.0, 0.0, -self.near)),
-            ],
-            Projection::Orthographic { .. } => [
-                plane(Vec3::X, Vec3::new(-half.x, 0.0, 0.0)),
-                plane(Vec3::NEG_X, Vec3::new(half.x, 0.0, 0.0)),
-                plane(Vec3::Y, Vec3::new(0.0, -half.y, 0.0)),
-                plane(Vec3::NEG_Y, Vec3::new(0.0, half.y, 0.0)),
-                plane(Vec3::NEG_Z, Vec3::new(0.0, 0.0, -self.near)),
-            ],
-        }
+        Frustum::new(world_from_view, self.half_extent(size), self.is_orthographic(), self.near)
     }
 
     /// The nearest perspective camera that looks along `direction` (world, towards the scene) and has all of `points` (world)
@@ -262,7 +241,7 @@ mod tests {
             let scale = if camera.is_orthographic() { 1.0 } else { distance };
             let left = Vec3::new(-half.x * scale, 0.0, -distance);
             let world = camera.view_from_world().inverse().transform_point3(left);
-            let planes = camera.frustum_planes(size);
+            let planes = camera.frustum(size).planes;
             // 1e-5: f32 rounding of coordinates of size 5.
             assert!((planes[0].0.dot(world) + planes[0].1).abs() < 1e-5);
             for (n, d) in &planes[1..] {

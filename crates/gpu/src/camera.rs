@@ -1,5 +1,6 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_core::Camera;
+use glam::Mat4;
+use meniscus_core::{Camera, Frustum};
 
 use crate::{HostField, HostStruct};
 
@@ -39,6 +40,12 @@ impl CameraUniform {
             px_per_world_at_one: camera.px_per_world(size, 1.0),
             pad: 0.0,
         }
+    }
+
+    /// What the camera can see.
+    pub fn frustum(&self) -> Frustum {
+        let world_from_view = Mat4::from_cols_array_2d(&self.world_from_view);
+        Frustum::new(world_from_view, self.half_extent.into(), self.orthographic != 0, self.near_world)
     }
 }
 

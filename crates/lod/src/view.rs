@@ -1,7 +1,7 @@
 //! A camera as chunks see it.
 
 use glam::{Mat4, Vec2, Vec3};
-use meniscus_core::{Aabb, Camera};
+use meniscus_core::{Aabb, Camera, Frustum};
 use meniscus_gpu::role::Occludee;
 
 /// How far the source's peripheral fall-off goes, and where it stops (\[T\] equation 3.1).
@@ -13,7 +13,7 @@ pub(crate) struct View {
     size_px: [u32; 2],
     view_from_world: Mat4,
     forward: Vec3,
-    planes: [(Vec3, f32); 5],
+    frustum: Frustum,
     /// Of the camera, for every chunk: it takes a tangent.
     half_extent: Vec2,
     px_per_world_at_one: f32,
@@ -36,7 +36,7 @@ impl View {
             size_px,
             view_from_world: camera.view_from_world(),
             forward: camera.forward(),
-            planes: camera.frustum_planes(size_px),
+            frustum: camera.frustum(size_px),
             half_extent: camera.half_extent(size_px),
             px_per_world_at_one: camera.px_per_world(size_px, 1.0),
         }
@@ -44,15 +44,7 @@ impl View {
 
     /// Whether a sphere of this radius around any point of the box may reach into the frustum. Never wrongly `false`.
     pub(crate) fn sees(&self, centers: &Aabb, radius_world: f32) -> bool {
-        let (center, half) = (centers.center(), centers.extent() * 0.5);
-        self.planes.iter().all(|&(normal, offset)| {
-            let reach = normal.abs().dot(half) + radius_world;
-            // A few ulps of the largest term, which the sum below may cancel.
-            let slack = 4e-6 * (normal.abs().dot(center.abs()) + offset.abs() + reach);
-            let outside = normal.dot(center) + offset < -reach - slack;
-            // An overflow to NaN is not outside.
-            !outside
-        })
+        self.frustum.sees(centers, radius_world)
     }
 
     /// Distance of the box's nearest point along the view axis, world units; negative behind the eye.

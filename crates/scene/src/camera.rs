@@ -141,7 +141,7 @@ mod tests {
             let named = views.map(|v| v.camera(&bounds.corners(), up, SIZE));
             for camera in named.into_iter().chain([automatic_camera(&bounds.corners(), up, SIZE)]) {
                 camera.validate().unwrap();
-                for (n, d) in camera.frustum_planes(SIZE) {
+                for (n, d) in camera.frustum(SIZE).planes {
                     assert!(bounds.corners().iter().all(|&c| n.dot(c) + d >= 0.0), "{up:?} {camera:?}");
                 }
             }
@@ -215,7 +215,7 @@ mod tests {
             let camera = automatic_camera(&flume.corners(), UpAxis::Y, SIZE);
             let forward = camera.forward().abs();
             assert!(forward.dot(direction) > 0.7, "{length}: {forward}");
-            for (n, d) in camera.frustum_planes(SIZE) {
+            for (n, d) in camera.frustum(SIZE).planes {
                 assert!(flume.corners().iter().all(|&c| n.dot(c) + d >= 0.0), "{length}: {camera:?}");
             }
         }

@@ -96,23 +96,18 @@ impl Terrain {
                     continue;
                 }
                 let place = from + spacing * DVec2::new(column as f64, row as f64);
-                // Central differences, one-sided at the border and beside what is missing.
-                let slope = |before: Option<f64>, after: Option<f64>, spacing: f64| {
-                    let there = |height: Option<f64>| height.filter(|height| !height.is_nan());
-                    let span = [before, after]
-                        .map(|side| f64::from(u8::from(there(side).is_some())))
-                        .iter()
-                        .sum::<f64>();
-                    (there(after).unwrap_or(here) - there(before).unwrap_or(here)) / (span.max(1.0) * spacing)
-                };
                 let at = |column: Option<usize>, row: Option<usize>| {
                     let inside = column.filter(|&column| column < columns).zip(row.filter(|&row| row < rows));
                     inside.map(|(column, row)| height(column, row))
                 };
                 let (west, east) = (at(column.checked_sub(1), Some(row)), at(Some(column + 1), Some(row)));
                 let (south, north) = (at(Some(column), row.checked_sub(1)), at(Some(column), Some(row + 1)));
-                let normal = DVec3::new(-slope(west, east, spacing.x), -slope(south, north, spacing.y), 1.0)
-                    .normalize();
+                let normal = DVec3::new(
+                    -slope(west, here, east, spacing.x),
+                    -slope(south, here, north, spacing.y),
+                    1.0,
+                )
+                .normalize();
                 vertices[row * columns + column] = Some(mesh.positions.len() as u32);
                 let position = DVec3::new(place.x, place.y, here - along(frame.up)).as_vec3();
                 mesh.positions.push(frame.world_of(position).to_array());
@@ -130,6 +125,17 @@ impl Terrain {
             }
         }
         mesh
+    }
+}
+
+/// By central differences, one-sided at the border and beside what is missing; level where both sides are.
+fn slope(before: Option<f64>, here: f64, after: Option<f64>, spacing: f64) -> f64 {
+    let there = |height: Option<f64>| height.filter(|height| !height.is_nan());
+    match (there(before), there(after)) {
+        (Some(before), Some(after)) => (after - before) / (2.0 * spacing),
+        (Some(before), None) => (here - before) / spacing,
+        (None, Some(after)) => (after - here) / spacing,
+        (None, None) => 0.0,
     }
 }
 

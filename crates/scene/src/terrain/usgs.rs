@@ -1,6 +1,8 @@
 //! USGS DEM: records of 1024 characters with numbers at fixed places (USGS, *Standards for Digital Elevation Models*, part 2,
 //! 1998): a header, then profiles from south to north, each with its own start.
 
+use std::fmt::Display;
+
 use glam::DVec2;
 
 use super::Terrain;
@@ -97,27 +99,27 @@ impl Profile {
     /// The profile at `at`, and where the next one starts.
     fn read(text: &[u8], at: usize, unit: f64) -> Result<(Self, usize), String> {
         let record = text.get(at..).unwrap_or_default();
-        let field = |name: &str, column: usize, width: usize| {
+        let field = |name: &dyn Display, column: usize, width: usize| {
             number(record, column, width).filter(|value| value.is_finite()).ok_or_else(|| {
                 let found = String::from_utf8_lossy(field(record, column, width)).into_owned();
                 format!("{name} is {found:?}, expected a number")
             })
         };
-        let count = field("the number of heights", 13, 6)?;
+        let count = field(&"the number of heights", 13, 6)?;
         // Six characters each: no more than the file holds.
         if count < 1.0 || count.fract() != 0.0 || count > record.len() as f64 / 6.0 {
             return Err(format!("{count} heights, which the file cannot hold"));
         }
         let count = count as usize;
-        let (east, north) = (field("east", 25, 24)?, field("north", 49, 24)?);
-        let datum = field("the datum", 73, 24)?;
+        let (east, north) = (field(&"east", 25, 24)?, field(&"north", 49, 24)?);
+        let datum = field(&"the datum", 73, 24)?;
         let mut heights = Vec::with_capacity(count);
         for i in 0..count {
             let column = match i.checked_sub(FIRST) {
                 None => 145 + 6 * i,
                 Some(later) => RECORD * (1 + later / NEXT) + 6 * (later % NEXT) + 1,
             };
-            let height = field(&format!("height {}", i + 1), column, 6)?;
+            let height = field(&format_args!("height {}", i + 1), column, 6)?;
             heights.push(if height == VOID { f64::NAN } else { datum + unit * height });
         }
         let records = 1 + count.saturating_sub(FIRST).div_ceil(NEXT);
