@@ -24,7 +24,7 @@ fn radiance(gpu: &Gpu, size: [u32; 2]) -> Texture<Radiance> {
         }
     };
     let pixels: Vec<[f32; 4]> = (0..pool.distance.len()).map(pixel).collect();
-    Texture::from_texels(gpu, size, &pixels).expect("a texture of the picture's size")
+    Texture::from_floats(gpu, size, &pixels).expect("a texture of the picture's size")
 }
 
 /// Passes, and the bytes per four pixels that they cannot do without: radiance is read as four floats a pixel, the display image is

@@ -18,7 +18,7 @@
 // One value per block of pixels, or a single one: length of water that sunlight crosses to the scene (bits of a float), and
 // `meniscus::sunlight` of how it is focused there and of the share that reaches the water.
 @group(0) @binding(8) var sunlight: texture_2d<u32>;
-@group(0) @binding(9) var radiance: texture_storage_2d<rgba32float, write>;
+@group(0) @binding(9) var radiance: texture_storage_2d<rgba16float, write>;
 #ifdef COLORED
 @group(0) @binding(10) var surface_colors: texture_2d<f32>;
 #endif

@@ -18,6 +18,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
 }
 #else
 #import meniscus::model::scene_radiance
+#ifdef HARDWARE
 
 @compute @workgroup_size(8, 8)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -26,4 +27,17 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     }
     textureStore(radiance, id.xy, scene_radiance(id.xy));
 }
+#else
+#import meniscus::picture::corner
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner(index);
+}
+
+@fragment
+fn fragment(@builtin(position) at_px: vec4<f32>) -> @location(0) vec4<f32> {
+    return scene_radiance(vec2<u32>(at_px.xy));
+}
+#endif
 #endif

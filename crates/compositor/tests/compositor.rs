@@ -16,7 +16,7 @@ fn display(
 ) -> Vec<[u8; 4]> {
     let mut compositor = Compositor::new(gpu, parameters).unwrap();
     compositor.resize(gpu, size).unwrap();
-    let radiance = Texture::<Radiance>::from_texels(gpu, size, pixels).unwrap();
+    let radiance = Texture::<Radiance>::from_floats(gpu, size, pixels).unwrap();
     let display = Image::<DisplayImage>::new(gpu, size).unwrap();
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     compositor.record(gpu, &mut recorder, &radiance, &display);

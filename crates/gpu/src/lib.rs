@@ -28,7 +28,10 @@ pub use device::{Gpu, GpuMemory};
 pub use error::GpuError;
 pub use layout::{HostField, HostStruct};
 pub use page::Page;
-pub use pipeline::{ComputePipeline, ComputePipelineDescriptor, RasterPipeline, RasterPipelineDescriptor};
+pub use pipeline::{
+    ComputePipeline, ComputePipelineDescriptor, PicturePipeline, PicturePipelineDescriptor, RasterPipeline,
+    RasterPipelineDescriptor,
+};
 pub use ranges::RangeList;
 pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing, process_cpu_ms};
 pub use resource::{Buffer, Image, Texture};

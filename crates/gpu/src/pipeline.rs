@@ -240,7 +240,56 @@ pub struct RasterPipeline {
     pub(crate) bindings: Bindings,
 }
 
+/// A pass that fills textures, each pixel by itself. Software drivers draw it as a triangle: every number that a compute pass
+/// stores costs them thirty times as much. GPUs compute it: those without displays have next to nothing that fills pixels. Which it is,
+/// its shader tells by `HARDWARE`: with it, it has the entry point `main` and storage textures, else `vertex` and `fragment`.
+#[derive(Debug)]
+pub enum PicturePipeline {
+    /// With `HARDWARE`.
+    Compute(ComputePipeline),
+    /// Without.
+    Raster(RasterPipeline),
+}
+
+/// What a [`PicturePipeline`] is made of.
+#[derive(Clone, Debug)]
+pub struct PicturePipelineDescriptor<'a> {
+    /// The pass.
+    pub shader: Shader,
+    /// What it imports besides the common includes, dependencies first.
+    pub includes: &'a [Shader],
+    /// Preprocessor constants. `HARDWARE` is added on GPUs.
+    pub definitions: &'a [Definition],
+    /// Formats of the textures, in order (from [`TextureRole::FORMAT`]).
+    pub targets: &'a [wgpu::TextureFormat],
+}
+
 impl Gpu {
+    /// Compiles a pass that fills textures.
+    ///
+    /// # Errors
+    /// [`GpuError::Shader`] when the shader does not compose or validate.
+    pub fn picture_pipeline(
+        &self,
+        descriptor: &PicturePipelineDescriptor<'_>,
+    ) -> Result<PicturePipeline, GpuError> {
+        let &PicturePipelineDescriptor { shader, includes, definitions, targets } = descriptor;
+        if self.passes.is_hardware {
+            let compute =
+                ComputePipelineDescriptor { includes, definitions, ..ComputePipelineDescriptor::new(shader) };
+            return Ok(PicturePipeline::Compute(self.compute_pipeline(&compute)?));
+        }
+        let raster = RasterPipelineDescriptor {
+            shader,
+            includes,
+            definitions,
+            vertex_buffers: &[],
+            targets,
+            depth: false,
+        };
+        Ok(PicturePipeline::Raster(self.raster_pipeline(&raster)?))
+    }
+
     /// Compiles a raster pass.
     ///
     /// # Errors
@@ -292,6 +341,16 @@ impl RasterPipeline {
     /// As [`ComputePipeline::binds`].
     pub fn binds(&self, name: &str) -> bool {
         self.bindings.slots.iter().any(|slot| slot.name == name)
+    }
+}
+
+impl PicturePipeline {
+    /// As [`ComputePipeline::binds`].
+    pub fn binds(&self, name: &str) -> bool {
+        match self {
+            Self::Compute(pipeline) => pipeline.binds(name),
+            Self::Raster(pipeline) => pipeline.binds(name),
+        }
     }
 }
 

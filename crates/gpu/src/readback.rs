@@ -1,5 +1,7 @@
 use std::sync::{Mutex, PoisonError};
 
+use half::f16;
+
 use crate::resource::Accounted;
 use crate::{Buffer, Gpu, GpuError, Image, Role, Texture, TextureRole};
 
@@ -95,6 +97,16 @@ impl<R: Role> Image<R> {
     /// [`GpuError::Driver`] when the device is lost or out of memory.
     pub fn read(&self, gpu: &Gpu) -> Result<Vec<R::Element>, GpuError> {
         self.buffer().read(gpu)
+    }
+}
+
+impl<R: TextureRole<Texel = [f16; 4]>> Texture<R> {
+    /// As [`Self::read`], in single precision.
+    ///
+    /// # Errors
+    /// As there.
+    pub fn read_floats(&self, gpu: &Gpu) -> Result<Vec<[f32; 4]>, GpuError> {
+        Ok(self.read(gpu)?.into_iter().map(|texel| texel.map(f16::to_f32)).collect())
     }
 }
 

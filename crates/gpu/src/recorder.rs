@@ -13,7 +13,10 @@ use crate::pipeline::Bindings;
 use crate::resource::Accounted;
 use crate::span::{Span, SpanRow, Spans};
 use crate::tally::Tallies;
-use crate::{Buffer, ComputePipeline, Gpu, GpuError, GpuWork, RasterPipeline, Role};
+use crate::{
+    Buffer, ComputePipeline, Gpu, GpuError, GpuWork, PicturePipeline, RasterPipeline, Role, Texture,
+    TextureRole,
+};
 
 /// A resource in a binding slot.
 #[derive(Clone, Debug, PartialEq, Eq, Hash)]
@@ -152,6 +155,19 @@ impl BindCache {
 
 fn names<'a>(given: &[(&'a str, Binding)]) -> Vec<&'a str> {
     given.iter().map(|(name, _)| *name).collect()
+}
+
+/// A target that is cleared before it is drawn to, or drawn over.
+fn attachment(view: &wgpu::TextureView, clear: Option<wgpu::Color>) -> wgpu::RenderPassColorAttachment<'_> {
+    wgpu::RenderPassColorAttachment {
+        view,
+        depth_slice: None,
+        resolve_target: None,
+        ops: wgpu::Operations {
+            load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
+            store: wgpu::StoreOp::Store,
+        },
+    }
 }
 
 /// Records the passes of a frame and keeps their clocks. Made once and reused: [`Recorder::submit`] ends a frame.
@@ -339,20 +355,8 @@ impl Recorder {
         let bind_group = gpu.bind_cache.get(&gpu.device, pipeline.name, &pipeline.bindings, bindings);
         self.begin_frame(gpu);
         gpu.work.add(|work| work.raster_passes += 1);
-        let attachments: Vec<_> = targets
-            .iter()
-            .map(|(view, clear)| {
-                Some(wgpu::RenderPassColorAttachment {
-                    view,
-                    depth_slice: None,
-                    resolve_target: None,
-                    ops: wgpu::Operations {
-                        load: clear.map_or(wgpu::LoadOp::Load, wgpu::LoadOp::Clear),
-                        store: wgpu::StoreOp::Store,
-                    },
-                })
-            })
-            .collect();
+        let attachments: Vec<_> =
+            targets.iter().map(|(view, clear)| Some(attachment(view, *clear))).collect();
         self.timed(gpu, name, |encoder, query| {
             let mut pass = encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
                 label: Some(name),
@@ -374,6 +378,34 @@ impl Recorder {
         });
     }
 
+    /// Runs `pipeline` over all pixels of `targets`, which have one size, timed as `name`: in the order of the pipeline, with
+    /// the names of their variables.
+    ///
+    /// # Panics
+    /// As [`Self::compute`].
+    pub fn picture(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        pipeline: &PicturePipeline,
+        bindings: &[(&str, Binding)],
+        targets: &[(&str, &wgpu::TextureView)],
+    ) {
+        match pipeline {
+            PicturePipeline::Compute(pipeline) => {
+                let Some((_, target)) = targets.first() else { return };
+                let wgpu::Extent3d { width, height, .. } = target.texture().size();
+                let written = targets.iter().map(|&(name, view)| (name, Binding::Texture(view.clone())));
+                let bindings: Vec<_> = bindings.iter().cloned().chain(written).collect();
+                self.compute(gpu, name, pipeline, &bindings, Dispatch::Pixels([width, height]));
+            }
+            PicturePipeline::Raster(pipeline) => {
+                let targets: Vec<_> = targets.iter().map(|&(_, view)| (view, None)).collect();
+                self.raster(gpu, name, pipeline, bindings, &targets, None, |pass| pass.draw(0..3, 0..1));
+            }
+        }
+    }
+
     /// Sets the first `count` elements of `buffer` to the role's empty value, timed as `name`.
     pub fn clear<R: Role>(&mut self, gpu: &Gpu, name: &str, buffer: &Buffer<R>, count: usize)
     where
@@ -388,6 +420,46 @@ impl Recorder {
         let fill = self.uniform(&[value, count]);
         let groups = Dispatch::Groups(u64::from(count).div_ceil(256));
         self.compute(gpu, name, &gpu.fill, &[("fill", fill), ("words", buffer.bind())], groups);
+    }
+
+    /// Sets all texels of `textures`, which have one size, each to its value, timed as `name`: at most eight, of 32 bytes a texel
+    /// together. Software drivers do this by the row, and pay for every number that a compute pass stores.
+    pub fn clear_textures(&mut self, gpu: &Gpu, name: &str, textures: &[(&wgpu::TextureView, [f64; 4])]) {
+        self.begin_frame(gpu);
+        gpu.work.add(|work| work.raster_passes += 1);
+        let color = |[r, g, b, a]: [f64; 4]| wgpu::Color { r, g, b, a };
+        let attachments: Vec<_> =
+            textures.iter().map(|(view, value)| Some(attachment(view, Some(color(*value))))).collect();
+        self.timed(gpu, name, |encoder, query| {
+            encoder.begin_render_pass(&wgpu::RenderPassDescriptor {
+                label: Some(name),
+                color_attachments: &attachments,
+                timestamp_writes: query.and_then(|q| q.render_pass_timestamp_writes()),
+                ..Default::default()
+            });
+        });
+    }
+
+    /// Copies all texels of `from` to `to`, timed as `name`.
+    ///
+    /// # Panics
+    /// If the sizes or the formats differ.
+    pub fn copy<A: TextureRole, B: TextureRole>(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        from: &Texture<A>,
+        to: &Texture<B>,
+    ) {
+        assert_eq!((from.size(), A::FORMAT), (to.size(), B::FORMAT), "{} to {}", A::NAME, B::NAME);
+        self.begin_frame(gpu);
+        self.timed(gpu, name, |encoder, _| {
+            encoder.copy_texture_to_texture(
+                from.raw.as_image_copy(),
+                to.raw.as_image_copy(),
+                from.raw.size(),
+            );
+        });
     }
 
     fn begin_frame(&mut self, gpu: &Gpu) {

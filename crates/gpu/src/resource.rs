@@ -3,6 +3,8 @@
 use std::marker::PhantomData;
 use std::sync::Arc;
 
+use half::f16;
+
 use crate::device::GpuMemory;
 use crate::{Binding, Gpu, GpuError, Role, TextureRole};
 
@@ -236,6 +238,30 @@ pub struct Texture<R: TextureRole> {
     size: [u32; 2],
     accounted: Accounted,
     role: PhantomData<R>,
+}
+
+impl<R: TextureRole<Texel = [f16; 4]>> Texture<R> {
+    /// As [`Self::from_texels`], rounded to half precision; beyond its range infinite.
+    ///
+    /// # Errors
+    /// As there.
+    ///
+    /// # Panics
+    /// As there.
+    pub fn from_floats(gpu: &Gpu, size: [u32; 2], texels: &[[f32; 4]]) -> Result<Self, GpuError> {
+        let texture = Self::new(gpu, size)?;
+        texture.write_floats(gpu, texels);
+        Ok(texture)
+    }
+
+    /// As [`Self::write`], rounded to half precision; beyond its range infinite.
+    ///
+    /// # Panics
+    /// As there.
+    pub fn write_floats(&self, gpu: &Gpu, texels: &[[f32; 4]]) {
+        let halves: Vec<[f16; 4]> = texels.iter().map(|texel| texel.map(f16::from_f32)).collect();
+        self.write(gpu, &halves);
+    }
 }
 
 impl<R: TextureRole> Texture<R> {

@@ -122,13 +122,18 @@ texture_roles! {
     /// Distance of the opaque scene along the view axis; MAX = sky.
     SceneDistance: R32Float as f32, unit "world units along the view axis";
     /// Linear radiance, Rec. 709 primaries, alpha = coverage.
-    Radiance: Rgba32Float as [f32; 4], unit "linear, relative";
+    Radiance: Rgba16Float as [f16; 4], unit "linear, relative";
     /// Brightness of four neighbours in a row of the picture, a byte each.
     Lumas: R32Uint as u32, unit "4 x 8 bits";
     /// A level of the pyramid that bloom is made of.
     BloomLevel: Rgba16Float as [f16; 4], unit "linear radiance, exposed, Rec. 709";
     /// Depth attachment of the opaque scene, reversed z.
     SceneDepth: Depth32Float as f32, unit "reversed clip z";
+}
+
+impl Radiance {
+    /// Most that a stored channel is off, relative to it: halves have 11 bits, and drivers may cut off the others.
+    pub const ROUNDING: f32 = 1.0 / 1024.0;
 }
 
 impl Sunlight {

@@ -51,13 +51,14 @@ macro_rules! shader {
 }
 
 /// Includes that every shader may import: `meniscus::camera`, `meniscus::surface`, `meniscus::particle`,
-/// `meniscus::page`, `meniscus::covered`, `meniscus::tally`.
+/// `meniscus::page`, `meniscus::covered`, `meniscus::picture`, `meniscus::tally`.
 pub const COMMON: &[Shader] = &[
     shader!(include "common/camera"),
     shader!(include "common/surface"),
     shader!(include "common/particle"),
     shader!(include "common/page"),
     shader!(include "common/covered"),
+    shader!(include "common/picture"),
     shader!(include "common/tally"),
 ];
 

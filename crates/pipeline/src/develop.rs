@@ -21,7 +21,7 @@ impl Renderer {
         size: [u32; 2],
         supersampling: u32,
     ) -> Result<Pixels, PipelineError> {
-        let radiance = || self.images().radiance.read(self.gpu());
+        let radiance = || self.images().radiance.read_floats(self.gpu());
         let post = &self.settings().post;
         let is_reduced = supersampling > 1;
         Ok(match depth {

@@ -49,7 +49,7 @@ impl Renderer {
     /// # Panics
     /// Before the first frame, or if earlier pictures of the exposure were of another size.
     pub fn expose(&self, exposure: &mut Exposure) -> Result<(), PipelineError> {
-        exposure.add(&self.images().radiance.read(self.gpu())?);
+        exposure.add(&self.images().radiance.read_floats(self.gpu())?);
         Ok(())
     }
 

@@ -98,15 +98,15 @@ impl Renderer {
                 Layer::Thickness => add("thickness.Z", masked(images.surface.thickness.read(gpu)?)),
                 Layer::Kept => add("kept.Z", masked(self.kept_fractions(frame, world, camera)?)),
                 Layer::Fluid => {
-                    let radiance = images.radiance.read(gpu)?;
+                    let radiance = images.radiance.read_floats(gpu)?;
                     for (c, name) in ["fluid.R", "fluid.G", "fluid.B"].into_iter().enumerate() {
                         add(name, masked(radiance.iter().map(|pixel| finite(pixel[c])).collect()));
                     }
                     add("fluid.A", masked(vec![1.0; water.len()]));
                 }
                 Layer::Scene => {
-                    let halves = images.scene_color.read(gpu)?;
-                    let color = |c: usize| halves.iter().map(|texel| finite(texel[c].to_f32())).collect();
+                    let scene = images.scene_color.read_floats(gpu)?;
+                    let color = |c: usize| scene.iter().map(|texel| finite(texel[c])).collect();
                     for (c, name) in ["scene.R", "scene.G", "scene.B"].into_iter().enumerate() {
                         add(name, color(c));
                     }

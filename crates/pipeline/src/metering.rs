@@ -20,7 +20,7 @@ impl Renderer {
         size: [u32; 2],
     ) -> Result<(), PipelineError> {
         self.draw_and_wait(frame, world, camera, reduced(size))?;
-        meter.add(&self.settings().post, &self.images().radiance.read(self.gpu())?);
+        meter.add(&self.settings().post, &self.images().radiance.read_floats(self.gpu())?);
         // What metering costs is a part of no frame.
         let _ = self.take_costs();
         let _ = self.take_spans();

@@ -376,7 +376,7 @@ impl Renderer {
     /// Before the first frame, or if `radiance` is of another size.
     pub(crate) fn recompose(&mut self, radiance: &[[f32; 4]]) -> Result<Vec<u32>, PipelineError> {
         let images = self.images.as_mut().expect("a frame was drawn before it is composed again");
-        images.radiance.write(&self.gpu, radiance);
+        images.radiance.write_floats(&self.gpu, radiance);
         self.compositor.record_as_drawn(&self.gpu, &mut self.recorder, &images.radiance, &images.display);
         let _ = self.recorder.submit(&self.gpu)?;
         let pixels = images.display.read(&self.gpu)?;

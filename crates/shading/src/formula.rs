@@ -1,9 +1,9 @@
 use std::fmt::Debug;
 
-use meniscus_gpu::role::Radiance;
+use meniscus_gpu::role::{Radiance, TextureRole};
 use meniscus_gpu::{
-    ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError, HostStruct, Recorder,
-    Shader, Texture, covered, shader,
+    ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, HostStruct, PicturePipeline,
+    PicturePipelineDescriptor, Recorder, Shader, Texture, covered, shader,
 };
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
@@ -17,6 +17,8 @@ use crate::{
 };
 
 const PIXELS: Shader = shader!("shading/pixels");
+/// The pass over the scene.
+const DRY: &str = "shading.dry";
 /// The pass over the pixels that show water.
 const WATER: Definition = Definition { name: "WATER", value: 1 };
 /// Where there are objects, which hide what is behind them and are mirrored.
@@ -42,7 +44,9 @@ pub trait Formula:
     /// more than the floor; only then `meniscus::reflected_objects` can be used. A model that imports `meniscus::calm` has the normals that
     /// this reads made for it.
     const SHADER: Shader;
-    /// Name of the pass over the water in reports, `stage.pass`; the pass over the scene is `shading.dry`.
+    /// Whether `scene_radiance` is the colour of the scene itself where nothing throws a shadow on it: it is copied then.
+    const KEEPS_SCENE: bool = false;
+    /// Name of the pass over the water in reports, `stage.pass`; what is done for the scene is `shading.dry`.
     const PASS: &'static str;
     /// The parameters as the GPU sees them.
     type Uniform: HostStruct;
@@ -132,7 +136,7 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     }
 
     fn compile(&self, gpu: &Gpu) -> Result<Box<dyn LightingPass>, ShadingError> {
-        let scene = Pictured::new(|definitions| compile::<F>(gpu, definitions))?;
+        let scene = Pictured::new(|definitions| compile_scene::<F>(gpu, definitions))?;
         let water = Pictured::new(|definitions| compile_water::<F>(gpu, definitions))?;
         let calm = water.plain().binds(CALM_NORMALS).then(|| CalmPass::new(gpu)).transpose()?;
         Ok(Box::new(PixelPass { model: self.clone(), scene, water, calm }))
@@ -143,24 +147,32 @@ impl<F: Formula> LightingModel for PixelModel<F> {
     }
 }
 
-fn compile<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
-    let includes: Vec<Shader> = INCLUDES.iter().copied().chain([F::SHADER]).collect();
-    gpu.compute_pipeline(&ComputePipelineDescriptor {
-        includes: &includes,
+fn includes<F: Formula>() -> Vec<Shader> {
+    INCLUDES.iter().copied().chain([F::SHADER]).collect()
+}
+
+fn compile_scene<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<PicturePipeline, GpuError> {
+    gpu.picture_pipeline(&PicturePipelineDescriptor {
+        shader: PIXELS,
+        includes: &includes::<F>(),
         definitions,
-        ..ComputePipelineDescriptor::new(PIXELS)
+        targets: &[Radiance::FORMAT],
     })
 }
 
 fn compile_water<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
     let definitions: Vec<Definition> = definitions.iter().copied().chain([WATER]).collect();
-    compile::<F>(gpu, &definitions)
+    gpu.compute_pipeline(&ComputePipelineDescriptor {
+        includes: &includes::<F>(),
+        definitions: &definitions,
+        ..ComputePipelineDescriptor::new(PIXELS)
+    })
 }
 
 struct PixelPass<F> {
     model: PixelModel<F>,
     /// Over all pixels.
-    scene: Pictured<ComputePipeline>,
+    scene: Pictured<PicturePipeline>,
     /// Over those that show water.
     water: Pictured<ComputePipeline>,
     /// For models that import `meniscus::calm`.
@@ -184,33 +196,36 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         inputs: &LightingInputs<'_>,
         output: &Texture<Radiance>,
     ) {
-        let uniform = self.model.parameters.uniform(inputs.scale, inputs.surroundings);
+        let no_sunlight = (!inputs.has_sunlight).then_some(NO_SUNLIGHT);
+        let uniform = recorder.uniform(&self.model.parameters.uniform(inputs.scale, inputs.surroundings));
         let mut bindings = inputs.bindings(recorder);
-        bindings.extend([("model", recorder.uniform(&uniform)), ("radiance", output.bind())]);
+        bindings.push(("model", uniform));
         match self.calm.as_ref().map(|calm| calm.record(gpu, recorder, inputs)).transpose() {
             Ok(normals) => bindings.extend(normals.map(|normals| (CALM_NORMALS, normals))),
             Err(error) => return gpu.report(&error),
         }
+        if F::KEEPS_SCENE && !inputs.has_sunlight {
+            recorder.copy(gpu, DRY, inputs.scene_color, output);
+        } else {
+            // Where no water is, neither what it mirrors nor what it hides counts.
+            let scene = self.scene.choose_unpictured(gpu, [None, no_sunlight, None], |definitions| {
+                compile_scene::<F>(gpu, definitions)
+            });
+            let mut bindings = bindings.clone();
+            bindings.retain(|(name, _)| scene.binds(name));
+            recorder.picture(gpu, DRY, scene, &bindings, &[("radiance", output.view())]);
+        }
         let size = inputs.camera.size_px;
         let objects = inputs.objects.is_some().then_some(OBJECTS);
-        let no_sunlight = (!inputs.has_sunlight).then_some(NO_SUNLIGHT);
         // A picture of a single pixel has one of them in any case.
         let colored = (inputs.surface_color.size() == size).then_some(COLORED);
         let kinds = [objects, no_sunlight, colored];
         let water = self
             .water
             .choose(gpu, inputs.surroundings, kinds, |definitions| compile_water::<F>(gpu, definitions));
-        // Where no water is, neither what it mirrors nor what it hides counts.
-        let scene = self
-            .scene
-            .choose_unpictured(gpu, [None, no_sunlight, None], |definitions| compile::<F>(gpu, definitions));
-        for (name, pipeline, dispatch) in
-            [("shading.dry", scene, Dispatch::Pixels(size)), (F::PASS, water, covered::dispatch(size))]
-        {
-            let mut bindings = bindings.clone();
-            bindings.retain(|(name, _)| pipeline.binds(name));
-            recorder.compute(gpu, name, pipeline, &bindings, dispatch);
-        }
+        bindings.push(("radiance", output.bind()));
+        bindings.retain(|(name, _)| water.binds(name));
+        recorder.compute(gpu, F::PASS, water, &bindings, covered::dispatch(size));
     }
 
     fn extinction(&self, scale: WaterScale) -> [f32; 3] {

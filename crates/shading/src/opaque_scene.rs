@@ -7,9 +7,9 @@ use glam::Vec3;
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
 use meniscus_gpu::{
-    Buffer, CameraUniform, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, GpuError,
-    HostField, HostStruct, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture, host_fields,
-    shader,
+    Buffer, CameraUniform, Definition, Gpu, GpuError, HostField, HostStruct, PicturePipeline,
+    PicturePipelineDescriptor, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture,
+    host_fields, shader,
 };
 use meniscus_scene::{Scene, Sides};
 
@@ -156,7 +156,7 @@ impl SceneGeometry {
 /// Draws sky, floor and objects.
 #[derive(Debug)]
 pub struct ScenePass {
-    background: Pictured<ComputePipeline>,
+    background: Pictured<PicturePipeline>,
     objects: Pictured<RasterPipeline>,
 }
 
@@ -174,8 +174,7 @@ impl ScenePass {
 
     /// Draws `scene` into targets of the camera's size: linear radiance (alpha 0 where there is only sky), distance along the
     /// view axis (`f32::MAX` for sky) and reversed depth of the objects (near / distance). Sky and floor are
-    /// `shading.background`, a compute pass, since hardware without display has next to nothing that fills pixels; where there are
-    /// objects, `shading.objects` draws them over it.
+    /// `shading.background`; where there are objects, `shading.objects` draws them over it.
     ///
     /// With `shadows`, objects throw shadows.
     #[expect(clippy::too_many_arguments, reason = "three targets of one picture, each with its own role")]
@@ -198,13 +197,11 @@ impl ScenePass {
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(surroundings)),
             ("environment_texels", scene.environment.texels().bind()),
-            ("scene_color", color.bind()),
-            ("scene_distance", distance.bind()),
         ];
         bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));
-        let size = Dispatch::Pixels(color.size());
-        recorder.compute(gpu, "shading.background", pipeline, &bindings, size);
+        let targets = [("scene_color", color.view()), ("scene_distance", distance.view())];
+        recorder.picture(gpu, "shading.background", pipeline, &bindings, &targets);
         if scene.triangles.is_empty() {
             return;
         }
@@ -231,11 +228,12 @@ impl ScenePass {
     }
 }
 
-fn compile_background(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
-    gpu.compute_pipeline(&ComputePipelineDescriptor {
+fn compile_background(gpu: &Gpu, definitions: &[Definition]) -> Result<PicturePipeline, GpuError> {
+    gpu.picture_pipeline(&PicturePipelineDescriptor {
+        shader: BACKGROUND,
         includes: INCLUDES,
         definitions,
-        ..ComputePipelineDescriptor::new(BACKGROUND)
+        targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
     })
 }
 

@@ -1,5 +1,4 @@
 use glam::{Mat4, Vec2, Vec3};
-use half::f16;
 use meniscus_core::{Aabb, Camera};
 use meniscus_gpu::role::{NO_SURFACE, Radiance, SceneColor, SceneDistance, Sunlight};
 use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture, Timing, covered};
@@ -180,8 +179,7 @@ impl Frame {
         record: impl FnOnce(&mut Recorder, &LightingInputs<'_>, &Texture<Radiance>),
     ) -> Result<Vec<[f32; 4]>, ShadingError> {
         let size = self.camera.size_px;
-        let halves: Vec<_> = self.scene_color.iter().map(|color| color.map(f16::from_f32)).collect();
-        let scene_color = Texture::<SceneColor>::from_texels(gpu, size, &halves)?;
+        let scene_color = Texture::<SceneColor>::from_floats(gpu, size, &self.scene_color)?;
         let scene_distance = Texture::<SceneDistance>::from_texels(gpu, size, &self.scene_distance)?;
         let one_or = |len: usize, size: [u32; 2]| if len == 1 { [1, 1] } else { size };
         let color_size = one_or(self.surface_color.len(), size);
@@ -204,11 +202,11 @@ impl Frame {
             has_sunlight: self.sunlight != [Sunlight::UNCHANGED],
         };
         // What a pass forgets to write is then seen.
-        let output = Texture::from_texels(gpu, size, &vec![[-1.0; 4]; self.scene_color.len()])?;
+        let output = Texture::<Radiance>::from_floats(gpu, size, &vec![[-1.0; 4]; self.scene_color.len()])?;
         let mut recorder = Recorder::new(gpu, Timing::Stamps);
         record(&mut recorder, &inputs, &output);
         let _ = recorder.submit(gpu)?;
-        Ok(output.read(gpu)?)
+        Ok(output.read_floats(gpu)?)
     }
 
     /// What the twin makes of it.

@@ -59,6 +59,7 @@ pub type BlinnPhong = PixelModel<BlinnPhongParameters>;
 impl Formula for BlinnPhongParameters {
     const NAME: &'static str = "blinn-phong";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.blinn_phong";
     type Uniform = BlinnPhongUniform;
 

@@ -79,6 +79,7 @@ pub type Fluid = PixelModel<FluidParameters>;
 impl Formula for FluidParameters {
     const NAME: &'static str = "fluid";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.fluid";
     type Uniform = FluidUniform;
 

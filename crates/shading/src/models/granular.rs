@@ -55,6 +55,7 @@ pub type Granular = PixelModel<GranularParameters>;
 impl Formula for GranularParameters {
     const NAME: &'static str = "granular";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.granular";
     type Uniform = GranularUniform;
 

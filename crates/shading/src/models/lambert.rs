@@ -42,6 +42,7 @@ pub type Lambert = PixelModel<LambertParameters>;
 impl Formula for LambertParameters {
     const NAME: &'static str = "lambert";
     const SHADER: Shader = BlinnPhongParameters::SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.lambert";
     type Uniform = BlinnPhongUniform;
 

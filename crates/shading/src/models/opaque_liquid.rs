@@ -63,6 +63,7 @@ pub type OpaqueLiquid = PixelModel<OpaqueLiquidParameters>;
 impl Formula for OpaqueLiquidParameters {
     const NAME: &'static str = "opaque";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.opaque_liquid";
     type Uniform = OpaqueLiquidUniform;
 

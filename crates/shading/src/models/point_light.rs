@@ -81,6 +81,7 @@ pub type PointLight = PixelModel<PointLightParameters>;
 impl Formula for PointLightParameters {
     const NAME: &'static str = "point-light";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.point_light";
     type Uniform = PointLightUniform;
 

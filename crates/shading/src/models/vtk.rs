@@ -116,6 +116,7 @@ pub type Vtk = PixelModel<VtkParameters>;
 impl Formula for VtkParameters {
     const NAME: &'static str = "vtk";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "shading.vtk";
     type Uniform = VtkUniform;
 

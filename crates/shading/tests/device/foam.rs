@@ -30,7 +30,7 @@ fn pool(scene: &Scene) -> Frame {
 fn draw(gpu: &Gpu, frame: &Frame, layers: &[[u32; 4]], look: &FoamLook, radiance: [f32; 4]) -> Vec<[f32; 4]> {
     let layers = Image::<FoamLayers>::from_pixels(gpu, SIZE, layers).unwrap();
     let pass = FoamPass::new(gpu).unwrap();
-    let bare = Texture::from_texels(gpu, SIZE, &[radiance; PIXELS]).unwrap();
+    let bare = Texture::from_floats(gpu, SIZE, &[radiance; PIXELS]).unwrap();
     let record = |recorder: &mut Recorder, inputs: &LightingInputs<'_>, output: &Texture<Radiance>| {
         pass.record(gpu, recorder, inputs, &layers, look, &bare, output);
     };
@@ -67,10 +67,17 @@ fn foam_agrees_with_its_twin() {
         let expected = of_twin(&frame, &some_layers(), &look, radiance);
         for (pixel, (found, expected)) in found.iter().zip(&expected).enumerate() {
             let off = std::iter::zip(found, expected).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
-            // Exponentials and square roots in single precision.
-            assert!(off < 1e-4, "{}: {found:?}, the twin has {expected:?}", frame.place(pixel));
+            // Exponentials and square roots in single precision; what is under the foam is rounded, and what comes out. Nothing is
+            // brighter than 1 by much.
+            assert!(
+                off < 1e-4 + 2.0 * Radiance::ROUNDING,
+                "{}: {found:?}, the twin has {expected:?}",
+                frame.place(pixel)
+            );
         }
-        assert!(found.iter().filter(|p| **p != radiance).count() > PIXELS / 2);
+        let is_foam =
+            |p: &[f32; 4]| std::iter::zip(p, radiance).any(|(a, b)| (a - b).abs() > Radiance::ROUNDING);
+        assert!(found.iter().filter(|p| is_foam(p)).count() > PIXELS / 2);
     }
 }
 
@@ -103,7 +110,7 @@ fn foam_is_never_brighter_than_a_white_plate_in_the_same_light() {
         assert!(layer == 3 || brightest.min_element() > 0.1 * plate.min_element(), "{brightest} of {plate}");
     }
     // What is brighter than foam is dimmed by it, not added to.
-    let bright = 10.0 * plate.max_element();
+    let bright = (10.0 * plate.max_element()).ceil();
     for pixel in draw(&gpu, &frame, &some_layers(), &look, [bright, bright, bright, 1.0]) {
         assert!(pixel[..3].iter().all(|c| *c <= bright));
     }
@@ -140,7 +147,9 @@ fn bubbles_are_dimmed_by_the_water_above_them_and_spray_is_not() {
     let both = draw(&gpu, &frame, &[[steps, 100 * steps, 0, 0]; PIXELS], &look, [0.0; 4]);
     for ((under, black), both) in under.iter().zip(&black).zip(&both) {
         for c in 0..4 {
-            assert!((both[c] - black[c] - (-1.0f32).exp() * under[c]).abs() < 1e-5);
+            let off = (both[c] - black[c] - (-1.0f32).exp() * under[c]).abs();
+            // All three are rounded.
+            assert!(off < 1e-5 + 3.0 * Radiance::ROUNDING * both[c], "{off}");
         }
     }
 }

@@ -42,7 +42,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
     };
     Fluid::default().compile(&gpu).unwrap().record(&gpu, &mut recorder, &inputs, &output);
     let _ = recorder.submit(&gpu).unwrap();
-    output.read(&gpu).unwrap()
+    output.read_floats(&gpu).unwrap()
 }
 
 fn cameras() -> [Camera; 2] {

@@ -1,7 +1,6 @@
 //! Shadows and caustics against rays and closed forms.
 
 use glam::{Mat4, Vec2, Vec3};
-use half::f16;
 use meniscus_core::{Aabb, Camera, Projection};
 use meniscus_gpu::role::{
     EyeDistance, NO_SURFACE, SceneColor, SceneDistance, Sunlight, Thickness, ViewNormal,
@@ -88,7 +87,7 @@ fn objects_throw_shadows_where_they_stand_between_sun_and_floor() {
 }
 
 fn read(gpu: &Gpu, color: &Texture<SceneColor>) -> Vec<[f32; 4]> {
-    color.read(gpu).unwrap().into_iter().map(|texel| texel.map(f16::to_f32)).collect()
+    color.read_floats(gpu).unwrap()
 }
 
 /// The sun straight above water `depth` over a level floor, and the images of it.
