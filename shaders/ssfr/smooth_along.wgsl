@@ -38,13 +38,18 @@ fn add(sum: ptr<function, Pair>, line: Line, k: i32, after: vec4<f32>, before: v
     (*sum).weight += weight * added.weight;
 }
 
+fn loads_of_two(first: vec2<i32>, stride: vec2<i32>) -> vec2<f32> {
+    return vec2(textureLoad(source, first, 0).x, textureLoad(source, first + stride, 0).x);
+}
+
 // The sums of all pairs. Only whole ones count, also at the picture's border.
 fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
     let counts = line.taps.count;
     let most = max(max(counts.x, counts.y), max(counts.z, counts.w));
     let is_dense = all(line.taps.step == vec4(1));
+    let is_double = all(line.taps.step == vec4(2));
     var sum = Pair(vec4(0.0), vec4(0.0));
-    // Two loops, one of which ends before it begins: software drivers go through both sides of a branch.
+    // Three loops, all but one of which end before they begin: software drivers go through all sides of a branch.
     let dense = select(0, most, is_dense);
     var after = line.rule.center;
     var before = line.rule.center;
@@ -53,7 +58,13 @@ fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
         before = vec4(textureLoad(source, first - k * stride, 0).x, before.xyz);
         add(&sum, line, k, after, before);
     }
-    let sparse = select(most, 0, is_dense);
+    let double = select(0, most, is_double);
+    for (var k = 1; k <= double; k++) {
+        after = vec4(after.zw, loads_of_two(first + (2 * k + 2) * stride, stride));
+        before = vec4(loads_of_two(first - 2 * k * stride, stride), before.xy);
+        add(&sum, line, k, after, before);
+    }
+    let sparse = select(most, 0, is_dense || is_double);
     for (var k = 1; k <= sparse; k++) {
         let offset = k * line.taps.step;
         let ahead = loads_at(source, first, stride, PLACES + offset);

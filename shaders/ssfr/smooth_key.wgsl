@@ -1,16 +1,14 @@
-// Distances to keys, on which the smoothing passes work; with PAPER the distances themselves. Both images that the passes
-// alternate between get the gaps, and what is no distance is one. Lists the tiles that show fluid.
+// Distances to keys, on which the smoothing passes work; with PAPER they are the distances themselves. Gaps, and what is no distance, are
+// there already. Lists the tiles that show fluid.
 #import meniscus::camera::Camera
 #import meniscus::covered::{Filling, pack_pixel}
 #import meniscus::key::{key_of, is_surface}
 #import meniscus::smoothing::TILE
-#import meniscus::surface::NO_SURFACE
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var front: texture_2d<f32>;
 @group(0) @binding(2) var key: texture_storage_2d<r32float, write>;
-@group(0) @binding(3) var other: texture_storage_2d<r32float, write>;
-@group(0) @binding(4) var<storage, read_write> tiles: Filling;
+@group(0) @binding(3) var<storage, read_write> tiles: Filling;
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -24,14 +22,14 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         for (var x = first.x; x < end.x; x++) {
             let pixel = vec2(x, y);
             let distance = textureLoad(front, pixel, 0).x;
-            shows |= is_surface(distance);
+            if is_surface(distance) {
+                shows = true;
 #ifdef PAPER
-            let found = select(NO_SURFACE, distance, is_surface(distance));
+                textureStore(key, pixel, vec4(distance));
 #else
-            let found = key_of(camera, distance);
+                textureStore(key, pixel, vec4(key_of(camera, distance)));
 #endif
-            textureStore(key, pixel, vec4(found));
-            textureStore(other, pixel, vec4(found));
+            }
         }
     }
     if shows {

@@ -1,9 +1,8 @@
-// Turns the depth image into distances and lists the pixels that show fluid; the others get the values that stand for "no
-// surface" in every image.
+// Turns the depth image into distances and lists the pixels that show fluid. In the others every image has the values that stand for
+// "no surface" already.
 #import meniscus::camera::Camera
 #import meniscus::covered::{Filling, pack_pixel}
 #import meniscus::splat::{GRADE_BITS, radius_of_grade}
-#import meniscus::surface::NO_SURFACE
 
 struct Surface {
     // The radius of every splat, or what grades are relative to; 0: the radius pass found that of the visible ones.
@@ -20,10 +19,7 @@ struct Surface {
 // Of the radius pass, where there was one.
 @group(0) @binding(4) var<storage, read> radius: array<f32>;
 @group(0) @binding(5) var front: texture_storage_2d<rg32float, write>;
-@group(0) @binding(6) var distance: texture_storage_2d<r32float, write>;
-@group(0) @binding(7) var length_world: texture_storage_2d<r32float, write>;
-@group(0) @binding(8) var normal: texture_storage_2d<r32uint, write>;
-@group(0) @binding(9) var<storage, read_write> covered: Filling;
+@group(0) @binding(6) var<storage, read_write> covered: Filling;
 
 @compute @workgroup_size(64, 1)
 fn main(@builtin(global_invocation_id) id: vec3<u32>) {
@@ -44,10 +40,5 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
         }
         textureStore(front, id.xy, vec4(distance_world, radius_world, 0.0, 0.0));
         covered.packed[atomicAdd(&covered.count, 1u)] = pack_pixel(id.xy);
-    } else {
-        textureStore(front, id.xy, vec4(NO_SURFACE, 0.0, 0.0, 0.0));
-        textureStore(distance, id.xy, vec4(NO_SURFACE));
-        textureStore(length_world, id.xy, vec4(0.0));
-        textureStore(normal, id.xy, vec4(0u));
     }
 }

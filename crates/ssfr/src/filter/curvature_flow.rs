@@ -5,7 +5,7 @@ use meniscus_gpu::{
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{record_keys, shares};
+use super::smoothing::{GAP, record_keys, shares};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter, TAPS};
 use crate::params::check_range;
 use crate::passes::{counted_pipeline, pipeline};
@@ -105,7 +105,7 @@ impl SurfaceFilter for CurvatureFlow {
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
         let [mut next, mut current] = images.steps.map(|image| image.bind());
-        record_keys(recorder, gpu, camera, images, &self.key);
+        record_keys(recorder, gpu, camera, images, &self.key, GAP);
         for (step, share) in (1..).zip(self.params.shares()) {
             let is_last = step == self.params.iterations;
             let uniform = CurvatureFlowUniform {

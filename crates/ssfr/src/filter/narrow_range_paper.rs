@@ -1,3 +1,4 @@
+use meniscus_gpu::role::NO_SURFACE;
 use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Definition, Gpu, Recorder, shader};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
@@ -85,7 +86,7 @@ impl SurfaceFilter for NarrowRangePaper {
 
     fn record(&self, recorder: &mut Recorder, gpu: &Gpu, camera: &Binding, images: &FilterImages<'_>) {
         let [mut next, mut other] = images.steps.map(|image| image.bind());
-        record_keys(recorder, gpu, camera, images, &self.distance);
+        record_keys(recorder, gpu, camera, images, &self.distance, NO_SURFACE);
         let mut record = |pipeline: &ComputePipeline, pass, source, smoothed| {
             let uniform = SmoothingUniform::new(&self.params.width(), images.spacing_per_radius, pass);
             let bindings = [

@@ -169,7 +169,7 @@ impl Smoothing {
     ) {
         let lines = over_tiles(images.front.size());
         let [mut next, mut other] = images.steps.map(|image| image.bind());
-        record_keys(recorder, gpu, camera, images, &self.key);
+        record_keys(recorder, gpu, camera, images, &self.key, GAP);
         let common = |recorder: &mut Recorder, pass, source| {
             let uniform = SmoothingUniform::new(width, images.spacing_per_radius, pass);
             let mut bindings = vec![
@@ -198,15 +198,21 @@ impl Smoothing {
     }
 }
 
-/// Fills both steps with what `key` makes of the distances; passes over the covered pixels then alternate between
-/// them, beginning at the second. Lists the tiles that show fluid in the first scratch buffer.
+/// `GAP` of `shaders/ssfr/key.inc.wgsl`.
+pub(super) const GAP: f32 = -3.4e38;
+
+/// Fills both steps with `gap`, and the second with what `key` makes of the distances of covered pixels; passes over all of these then
+/// alternate between the steps, beginning at the second. Lists the tiles that show fluid in the first scratch buffer.
 pub(super) fn record_keys(
     recorder: &mut Recorder,
     gpu: &Gpu,
     camera: &Binding,
     images: &FilterImages<'_>,
     key: &ComputePipeline,
+    gap: f32,
 ) {
+    let gaps = images.steps.map(|step| (step.view(), [gap.into(), 0.0, 0.0, 0.0]));
+    recorder.clear_textures(gpu, "ssfr.clear", &gaps);
     let tiles = images.scratch[0];
     recorder.clear(gpu, "ssfr.smooth_key", tiles, 1);
     let bindings = [
@@ -214,7 +220,6 @@ pub(super) fn record_keys(
         ("tiles", tiles.bind()),
         ("front", images.front.bind()),
         ("key", images.steps[1].bind()),
-        ("other", images.steps[0].bind()),
     ];
     let tiles = images.front.size().map(|side| side.div_ceil(TILE));
     recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(tiles));

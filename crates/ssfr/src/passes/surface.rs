@@ -1,5 +1,5 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::SceneDistance;
+use meniscus_gpu::role::{NO_SURFACE, SceneDistance};
 use meniscus_gpu::{
     Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, Texture, shader,
 };
@@ -163,6 +163,13 @@ impl SurfacePasses {
                 });
             }
         }
+        let textures = [
+            (images.front.view(), [NO_SURFACE.into(), 0.0, 0.0, 0.0]),
+            (images.distance.view(), [NO_SURFACE.into(), 0.0, 0.0, 0.0]),
+            (images.thickness.view(), [0.0; 4]),
+            (images.normal.view(), [0.0; 4]),
+        ];
+        recorder.clear_textures(gpu, "ssfr.clear", &textures);
         let (radius_world, is_graded) = match common.visible_radius {
             VisibleRadius::One(radius_world) => (radius_world, 0),
             VisibleRadius::Graded(radius_world) => (radius_world, 1),
@@ -180,9 +187,6 @@ impl SurfacePasses {
                 ("nearest", images.nearest.bind()),
                 ("radius", images.radius.bind()),
                 ("front", images.front.bind()),
-                ("distance", images.distance.bind()),
-                ("length_world", images.thickness.bind()),
-                ("normal", images.normal.bind()),
                 ("covered", images.covered.bind()),
             ],
             Dispatch::Pixels(size),
