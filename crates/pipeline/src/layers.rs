@@ -3,6 +3,7 @@
 use std::str::FromStr;
 
 use glam::Vec3;
+use half::f16;
 use meniscus_core::{Camera, Channel};
 use meniscus_gpu::role::NO_SURFACE;
 use meniscus_ssfr::twin::unpack_normal;
@@ -117,6 +118,8 @@ impl Renderer {
     }
 }
 
+/// Nothing for what is no number, and the brightest half for what is brighter.
 fn finite(value: f32) -> f32 {
-    if value.is_finite() { value } else { 0.0 }
+    let brightest = f16::MAX.to_f32();
+    if value.is_nan() { 0.0 } else { value.clamp(-brightest, brightest) }
 }

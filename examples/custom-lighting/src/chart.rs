@@ -36,6 +36,7 @@ pub type Chart = PixelModel<ChartParams>;
 impl Formula for ChartParams {
     const NAME: &'static str = "chart";
     const SHADER: Shader = SHADER;
+    const KEEPS_SCENE: bool = true;
     const PASS: &'static str = "custom.chart";
     type Uniform = ChartUniform;
 
