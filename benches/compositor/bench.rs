@@ -27,10 +27,10 @@ fn radiance(gpu: &Gpu, size: [u32; 2]) -> Texture<Radiance> {
     Texture::from_floats(gpu, size, &pixels).expect("a texture of the picture's size")
 }
 
-/// Passes, and the bytes per four pixels that they cannot do without: radiance is read as four floats a pixel, the display image is
+/// Passes, and the bytes per four pixels that they cannot do without: radiance is read as four halves a pixel, the display image is
 /// written as a word, twice where edges are smoothed, and brightness as a byte. What is done per edge depends on the picture.
 const PASSES: [(&str, u64); 3] =
-    [("compositor.tone_map", 4 * (16 + 4 + 4) + 4), ("compositor.fxaa_edges", 4), ("compositor.fxaa", 0)];
+    [("compositor.tone_map", 4 * (8 + 4 + 4) + 4), ("compositor.fxaa_edges", 4), ("compositor.fxaa", 0)];
 
 fn compositor(criterion: &mut Criterion) {
     let time = GpuTime::open();

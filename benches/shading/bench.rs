@@ -152,8 +152,8 @@ mod bytes_per_pixel {
     /// Distance of the scene is read once, those of scene and water, thickness and caustics once more as the sun has them, for every
     /// fourth pixel.
     pub const SUNLIGHT: u64 = 4 + (4 + 4 + 4 + 4) / 4 + 8 / 4;
-    /// Distance, thickness, normal, and colour and distance of the scene are read; radiance (4 floats) is written.
-    pub const WATER: u64 = 4 + 4 + 4 + 8 + 4 + 16;
+    /// Distance, thickness, normal, and colour and distance of the scene are read; radiance (4 halves) is written.
+    pub const WATER: u64 = 4 + 4 + 4 + 8 + 4 + 8;
 }
 
 /// The default of `render`, and what films are made in.

@@ -2,7 +2,7 @@
 //! checks, and readback. Stages build on this crate and never touch an encoder or open a pass themselves.
 //!
 //! A resource carries its [`Role`] in its type, so that wiring a distance into a thickness slot does not compile. A pass
-//! is recorded by [`Recorder::compute`] or [`Recorder::raster`] only; both take a name and time themselves.
+//! is recorded by [`Recorder::compute`], [`Recorder::raster`] or [`Recorder::picture`] only; all take a name and time themselves.
 
 mod adapter;
 mod camera;

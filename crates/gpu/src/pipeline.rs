@@ -240,8 +240,8 @@ pub struct RasterPipeline {
     pub(crate) bindings: Bindings,
 }
 
-/// A pass that fills textures, each pixel by itself. Software drivers draw it as a triangle: every number that a compute pass
-/// stores costs them thirty times as much. GPUs compute it: those without displays have next to nothing that fills pixels. Which it is,
+/// A pass that fills textures, each pixel by itself. Software drivers draw it as a triangle: a number that a compute pass
+/// stores costs them some 30 cycles a lane. GPUs compute it: those without displays have next to nothing that fills pixels. Which it is,
 /// its shader tells by `HARDWARE`: with it, it has the entry point `main` and storage textures, else `vertex` and `fragment`.
 #[derive(Debug)]
 pub enum PicturePipeline {
