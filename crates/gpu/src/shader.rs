@@ -246,7 +246,8 @@ mod tests {
         });
         let with_models = models.iter().flat_map(|model| {
             let includes: Vec<_> = includes.iter().chain([model]).copied().collect();
-            [&[][..], &[water]].map(|definitions| compose(&of_models[0], &includes, definitions).err())
+            [&[][..], &[water], &[HARDWARE], &[water, HARDWARE]]
+                .map(|definitions| compose(&of_models[0], &includes, definitions).err())
         });
         let failures: Vec<String> = alone.chain(with_models).flatten().map(|e| e.to_string()).collect();
         assert!(failures.is_empty(), "{}", failures.join("\n\n"));

@@ -3,7 +3,7 @@
 use std::str::FromStr;
 
 use glam::Vec3;
-use half::f16;
+use meniscus_compositor::develop::finite_radiance;
 use meniscus_core::{Camera, Channel};
 use meniscus_gpu::role::NO_SURFACE;
 use meniscus_ssfr::twin::unpack_normal;
@@ -68,6 +68,7 @@ impl Renderer {
     ) -> Result<Vec<Channel>, PipelineError> {
         let gpu = self.gpu();
         let images = self.images();
+        let post = &self.settings().post;
         let water = images.surface.distance.read(gpu)?;
         let scene = images.scene_distance.read(gpu)?;
         // What lies behind the scene was cut off when splats were drawn; smoothing may move it there again.
@@ -99,15 +100,15 @@ impl Renderer {
                 Layer::Thickness => add("thickness.Z", masked(images.surface.thickness.read(gpu)?)),
                 Layer::Kept => add("kept.Z", masked(self.kept_fractions(frame, world, camera)?)),
                 Layer::Fluid => {
-                    let radiance = images.radiance.read_floats(gpu)?;
+                    let radiance = finite_radiance(post, &images.radiance.read_floats(gpu)?);
                     for (c, name) in ["fluid.R", "fluid.G", "fluid.B"].into_iter().enumerate() {
-                        add(name, masked(radiance.iter().map(|pixel| finite(pixel[c])).collect()));
+                        add(name, masked(radiance.iter().map(|pixel| pixel[c]).collect()));
                     }
                     add("fluid.A", masked(vec![1.0; water.len()]));
                 }
                 Layer::Scene => {
-                    let scene = images.scene_color.read_floats(gpu)?;
-                    let color = |c: usize| scene.iter().map(|texel| finite(texel[c])).collect();
+                    let scene = finite_radiance(post, &images.scene_color.read_floats(gpu)?);
+                    let color = |c: usize| scene.iter().map(|pixel| pixel[c]).collect();
                     for (c, name) in ["scene.R", "scene.G", "scene.B"].into_iter().enumerate() {
                         add(name, color(c));
                     }
@@ -116,10 +117,4 @@ impl Renderer {
         }
         Ok(channels)
     }
-}
-
-/// Nothing for what is no number, and the brightest half for what is brighter.
-fn finite(value: f32) -> f32 {
-    let brightest = f16::MAX.to_f32();
-    if value.is_nan() { 0.0 } else { value.clamp(-brightest, brightest) }
 }

@@ -5,10 +5,17 @@ use std::sync::Arc;
 use crate::support::{draw_scene, gpu, tiled_scene, world_ray};
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera, Projection};
-use meniscus_gpu::role::{EyeDistance, NO_SURFACE, Radiance, Sunlight, Thickness, ViewNormal};
-use meniscus_gpu::{Buffer, CameraUniform, Recorder, Texture, Timing, covered};
+use meniscus_gpu::role::{
+    EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDistance, Sunlight, Thickness, ViewNormal,
+};
+use meniscus_gpu::{
+    Buffer, CameraUniform, ComputePipelineDescriptor, Definition, PicturePipeline, Recorder, Texture, Timing,
+    covered, shader,
+};
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
-use meniscus_shading::{EnvironmentMap, Fluid, LightingInputs, LightingModel, Surroundings, WaterScale};
+use meniscus_shading::{
+    EnvironmentMap, Fluid, INCLUDES, LightingInputs, LightingModel, Surroundings, WaterScale,
+};
 
 const SIZE: [u32; 2] = [80, 60];
 
@@ -205,5 +212,44 @@ fn a_picture_of_the_surroundings_is_the_background() {
         // 0.02: linear between texels of 2.8 degrees, half a pixel off the axis, half precision.
         assert!((0..3).all(|c| (middle[c] - expected[c]).abs() < 0.02), "{middle:?}, expected {expected:?}");
         assert_eq!(middle[3], 0.0, "only sky");
+    }
+}
+
+/// Sky and floor are a triangle on software drivers and a compute pass on GPUs, of the same source.
+#[test]
+fn the_background_is_the_same_computed_and_drawn() {
+    let gpu = gpu();
+    let scene = tiled_scene();
+    let camera = CameraUniform::new(&cameras()[0], SIZE);
+    let drawn = draw_scene(&gpu, &camera, &scene, None);
+    let computed = PicturePipeline::Compute(
+        gpu.compute_pipeline(&ComputePipelineDescriptor {
+            includes: INCLUDES,
+            definitions: &[Definition { name: "HARDWARE", value: 1 }],
+            ..ComputePipelineDescriptor::new(shader!("shading/background"))
+        })
+        .unwrap(),
+    );
+    let color = Texture::<SceneColor>::new(&gpu, SIZE).unwrap();
+    let distance = Texture::<SceneDistance>::new(&gpu, SIZE).unwrap();
+    let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+    let bindings = [
+        ("camera", recorder.uniform(&camera)),
+        ("surroundings", recorder.uniform(&Surroundings::new(&scene))),
+    ];
+    let targets = [("scene_color", color.view()), ("scene_distance", distance.view())];
+    recorder.picture(&gpu, "test.background", &computed, &bindings, &targets);
+    let _ = recorder.submit(&gpu).unwrap();
+    let colors = [drawn.0, color].map(|color| color.read_floats(&gpu).unwrap());
+    for (pixel, (drawn, computed)) in std::iter::zip(&colors[0], &colors[1]).enumerate() {
+        // Both forms may round a half to either side.
+        let is_near = |(a, b): (&f32, &f32)| (a - b).abs() <= Radiance::ROUNDING * a.max(*b);
+        assert!(std::iter::zip(drawn, computed).all(is_near), "pixel {pixel}: {drawn:?}, {computed:?}");
+    }
+    let distances = [drawn.1, distance].map(|distance| distance.read(&gpu).unwrap());
+    assert!(distances[0].contains(&NO_SURFACE) && distances[0].iter().any(|d| *d < 10.0));
+    for (drawn, computed) in std::iter::zip(&distances[0], &distances[1]) {
+        // Single precision, in another order.
+        assert!((drawn - computed).abs() <= 1e-5 * drawn, "{drawn}, {computed}");
     }
 }
