@@ -20,11 +20,21 @@ use crate::scalar::ScalarType;
 pub(crate) enum Content {
     /// The values and nothing else.
     Binary { bytes: Bytes, big: bool },
+    /// One record of `stride` bytes a tuple, with the tuple's values `offset` bytes into it.
+    Records { bytes: Bytes, stride: usize, offset: usize, big: bool },
     /// Numbers in text. `unit_colours`: fractions that stand for 0 to 255 (legacy `COLOR_SCALARS`). `pieces`: where they are,
-    /// when who found the array had to count them anyway.
-    Text { bytes: Bytes, unit_colours: bool, pieces: Option<Vec<text::Piece>> },
+    /// when who found the array had to count them anyway. `columns`: those of a table that are the array, when not all are.
+    Text { bytes: Bytes, unit_colours: bool, pieces: Option<Vec<text::Piece>>, columns: Option<Columns> },
     /// VTK XML: a size word or a block table, then the data. `bytes` may run on behind the array.
     Framed { bytes: Bytes, base64: bool, compressor: Option<Compressor>, wide_header: bool, big: bool },
+}
+
+/// Columns of a table in text, as many as the array has components.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Columns {
+    /// Numbers in a row of the table.
+    pub per_row: usize,
+    pub first: usize,
 }
 
 /// An array of a file, not yet read.
@@ -46,6 +56,7 @@ pub(crate) struct CheckedArray<'a> {
 
 enum Data<'a> {
     Plain { stream: Stream, start: usize },
+    Records { bytes: &'a Bytes, stride: usize, offset: usize },
     Blocks { stream: Stream, table: BlockTable, compressor: Compressor },
     Text { text: &'a Bytes, pieces: Cow<'a, [text::Piece]> },
 }
@@ -97,8 +108,10 @@ impl DataArray {
     }
 
     fn malformed(&self, file: &InputFile, message: impl std::fmt::Display) -> Error {
-        let (Content::Binary { bytes, .. } | Content::Text { bytes, .. } | Content::Framed { bytes, .. }) =
-            &self.content;
+        let (Content::Binary { bytes, .. }
+        | Content::Records { bytes, .. }
+        | Content::Text { bytes, .. }
+        | Content::Framed { bytes, .. }) = &self.content;
         Error::malformed(
             file.path(),
             format_args!("array {:?} at byte {}", self.name, bytes.start()),
@@ -124,13 +137,28 @@ impl DataArray {
                 }
                 Data::Plain { stream: Stream::Raw(bytes.clone()), start: 0 }
             }
-            Content::Text { bytes, pieces, .. } => {
-                if len > bytes.len() {
+            Content::Records { bytes, stride, offset, .. } => {
+                let (tuples, found) = (self.tuples, bytes.len());
+                if tuples.checked_mul(*stride) != Some(found) {
                     return Err(self.malformed(
                         file,
-                        format_args!("{len} numbers cannot be in {} bytes of text", bytes.len()),
+                        format_args!("expected {tuples} records of {stride} bytes, found {found} bytes"),
                     ));
                 }
+                Data::Records { bytes, stride: *stride, offset: *offset }
+            }
+            Content::Text { bytes, pieces, columns, .. } => {
+                let len = columns.map_or(Some(len), |table| table.per_row.checked_mul(self.tuples));
+                let Some(len) = len.filter(|&len| len <= bytes.len()) else {
+                    return Err(self.malformed(
+                        file,
+                        format_args!(
+                            "the numbers of {} points cannot be in {} bytes of text",
+                            self.tuples,
+                            bytes.len()
+                        ),
+                    ));
+                };
                 let pieces: Cow<'_, [text::Piece]> = match pieces {
                     Some(pieces) => pieces.into(),
                     None => text::find(bytes, usize::MAX)?.into(),

@@ -5,7 +5,7 @@ use std::path::Path;
 use meniscus_core::Cancel;
 
 use crate::array::{CheckedArray, DataArray};
-use crate::format::{Format, legacy, parallel, xml};
+use crate::format::{Content, parallel};
 use crate::input_file::InputFile;
 use crate::scalar::{ToF64, ToU64};
 use crate::{Error, IoMode};
@@ -145,19 +145,11 @@ pub(crate) struct Dataset {
 impl Dataset {
     /// Finds the arrays of the file at `path`; follows the pieces of parallel files.
     pub fn open(path: &Path, mode: IoMode) -> Result<Self, Error> {
-        let file = InputFile::open(path, mode)?;
-        match Format::sniff(&file)? {
-            Format::Legacy => legacy::parse(&file),
-            Format::Xml => match xml::parse(&file)? {
-                xml::Document::Dataset(dataset) => Ok(dataset),
-                xml::Document::Parallel(sources) => parallel::open_pieces(&file, &sources, mode),
-                xml::Document::Collection(_) => Err(Error::unsupported(
-                    path,
-                    "a .pvd collection inside another series; give it on its own",
-                )),
-            },
-            Format::SeriesJson => {
-                Err(Error::unsupported(path, "a .series file inside another series; give it on its own"))
+        match Content::open(path, mode)? {
+            Content::Points(dataset) => Ok(dataset),
+            Content::Pieces(sources) => parallel::open_pieces(path, &sources, mode),
+            Content::Series => {
+                Err(Error::unsupported(path, "a list of a series inside another series; give it on its own"))
             }
         }
     }

@@ -27,6 +27,8 @@ enum Access {
     Map(Map),
     /// Also of an empty file, which cannot be mapped.
     Read(File),
+    /// What was packed in it.
+    Unpacked(Vec<u8>),
 }
 
 /// What changes when somebody writes to a file.
@@ -97,6 +99,13 @@ impl InputFile {
         Ok(Self(Arc::new(Inner { path: path.to_owned(), access, length, stamp })))
     }
 
+    /// The file with other bytes: what was packed in it.
+    pub fn with_content(&self, bytes: Vec<u8>) -> Self {
+        let Inner { path, stamp, .. } = &*self.0;
+        let length = bytes.len();
+        Self(Arc::new(Inner { path: path.clone(), access: Access::Unpacked(bytes), length, stamp: *stamp }))
+    }
+
     pub fn path(&self) -> &Path {
         &self.0.path
     }
@@ -106,10 +115,11 @@ impl InputFile {
         self.0.length
     }
 
-    /// All bytes, of a file that is mapped.
+    /// All bytes, of a file that is mapped or was unpacked.
     pub fn mapped(&self) -> Option<&[u8]> {
         match &self.0.access {
             Access::Map(map) => Some(map),
+            Access::Unpacked(bytes) => Some(bytes),
             Access::Read(_) => None,
         }
     }
@@ -128,6 +138,7 @@ impl InputFile {
         }
         match &self.0.access {
             Access::Map(map) => Ok(map.get(range)),
+            Access::Unpacked(bytes) => Ok(bytes.get(range)),
             Access::Read(_) => {
                 self.copy(range, scratch)?;
                 Ok(Some(scratch))
@@ -144,6 +155,11 @@ impl InputFile {
             Access::Map(map) => {
                 out.clear();
                 out.extend_from_slice(&map[range]);
+                Ok(())
+            }
+            Access::Unpacked(bytes) => {
+                out.clear();
+                out.extend_from_slice(&bytes[range]);
                 Ok(())
             }
             Access::Read(file) => {

@@ -11,7 +11,9 @@ use meniscus_io::{Error, FrameInfo, Series, SeriesOptions};
 /// Kinds of files that are read.
 fn is_read(entry: &Entry) -> bool {
     let name = entry.file();
-    [".vtk", ".vtu", ".vtp", ".pvtu", ".pvtp", ".pvd", ".series"].iter().any(|ext| name.ends_with(ext))
+    [".vtk", ".vtu", ".vtp", ".pvtu", ".pvtp", ".pvd", ".series", ".bgeo", ".ply"]
+        .iter()
+        .any(|ext| name.ends_with(ext))
 }
 
 /// Opens the file, describes its first frame with statistics and reads it with all its attributes.

@@ -6,6 +6,7 @@ mod common;
 use std::path::Path;
 
 use common::legacy;
+use common::records::{self, PLY_FORMATS};
 use common::xml::{Format, Packing, Xml};
 use meniscus_core::{Cancel, FrameRequest, FrameSource};
 use meniscus_io::{Series, SeriesOptions};
@@ -89,6 +90,10 @@ fn damaged_files_are_survived() {
         ("vtk", legacy::ASCII.as_bytes().to_vec()),
         ("vtk", legacy::binary()),
         ("vtp", include_bytes!("data/lzma.vtp").to_vec()),
+        ("bgeo", records::bgeo(8)),
+        ("bgeo", records::gzip(&records::bgeo(8))),
+        ("ply", records::ply(8, PLY_FORMATS[0], "\n")),
+        ("ply", records::ply(8, PLY_FORMATS[1], "\n")),
         ("pvd", b"<VTKFile type='Collection'><Collection><DataSet timestep='1' file='a.vtu'/></Collection></VTKFile>".to_vec()),
         ("series", br#"{"file-series-version":"1.0","files":[{"name":"a.vtu","time":0.5}]}"#.to_vec()),
     ];

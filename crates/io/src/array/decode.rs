@@ -5,7 +5,7 @@ use std::ops::Range;
 use meniscus_core::Cancel;
 use rayon::prelude::*;
 
-use super::{CheckedArray, Content, Data, Stream, check};
+use super::{CheckedArray, Columns, Content, Data, Stream, check};
 use crate::Error;
 use crate::codec::base64::{self, Scratch};
 use crate::codec::blocks::{BlockTable, Compressor, Inflater};
@@ -39,6 +39,7 @@ impl CheckedArray<'_> {
         };
         let bytes = match &self.data {
             Data::Plain { stream, .. } => in_stream(stream, self.array.ty.bytes(self.len()).unwrap_or(0)),
+            Data::Records { .. } => self.array.ty.bytes(self.len()).unwrap_or(0),
             Data::Blocks { stream, table, .. } => {
                 in_stream(stream, table.blocks.iter().map(ExactSizeIterator::len).sum())
             }
@@ -75,15 +76,14 @@ impl CheckedArray<'_> {
         let (ty, components) = (self.array.ty, self.array.components);
         let mut picked = Vec::with_capacity(indices.len() * components);
         // Text is counted through to where an index is, so that there, neighbours are decoded together.
-        if let (Data::Plain { stream: stream @ Stream::Raw(_), start }, Some(size)) = (&self.data, ty.size())
-        {
-            let (big, mut scratch) = (self.big(), Scratch::default());
+        if let (Some((bytes, start, stride)), Some(size)) = (self.addressed(), ty.size()) {
+            let (big, mut scratch) = (self.big(), Vec::new());
             let mut tuple = vec![C::Out::default(); components];
             for index in indices {
-                let from = start + index * components * size;
-                let bytes = stream
+                let from = start + index * stride;
+                let bytes = bytes
                     .get(from..from + components * size, &mut scratch)?
-                    .ok_or_else(|| self.fault(format_args!("cut off or not base64 near tuple {index}")))?;
+                    .ok_or_else(|| self.fault(format_args!("cut off near tuple {index}")))?;
                 convert.bytes(ty, big, index * components, bytes, &mut tuple);
                 picked.extend_from_slice(&tuple);
             }
@@ -103,6 +103,17 @@ impl CheckedArray<'_> {
         Ok(picked)
     }
 
+    /// Where tuples can be found by their number: the bytes, the first tuple's place and the distance to the next.
+    fn addressed(&self) -> Option<(&Bytes, usize, usize)> {
+        match &self.data {
+            Data::Plain { stream: Stream::Raw(bytes), start } => {
+                Some((bytes, *start, self.array.components * self.array.ty.size()?))
+            }
+            Data::Records { bytes, stride, offset } => Some((bytes, *offset, *stride)),
+            _ => None,
+        }
+    }
+
     /// Converts the `out.len()` values from value `first` on, which must be there, in parallel.
     pub fn decode<C: Convert, S: Sink<Item = C::Out>>(
         &self,
@@ -116,6 +127,9 @@ impl CheckedArray<'_> {
                 self.decode_bits(stream, *start, convert, first, out)
             }
             Data::Plain { stream, start } => self.decode_plain(stream, *start, convert, first, out, cancel),
+            Data::Records { bytes, stride, offset } => {
+                self.decode_records(bytes, (*stride, *offset), convert, first, out, cancel)
+            }
             Data::Blocks { stream, table, compressor } => {
                 self.decode_blocks(stream, table, *compressor, convert, first, out, cancel)
             }
@@ -124,7 +138,12 @@ impl CheckedArray<'_> {
     }
 
     fn big(&self) -> bool {
-        matches!(self.array.content, Content::Binary { big: true, .. } | Content::Framed { big: true, .. })
+        matches!(
+            self.array.content,
+            Content::Binary { big: true, .. }
+                | Content::Records { big: true, .. }
+                | Content::Framed { big: true, .. }
+        )
     }
 
     fn fault(&self, message: impl std::fmt::Display) -> Error {
@@ -155,6 +174,41 @@ impl CheckedArray<'_> {
                 Ok(())
             })
         })
+    }
+
+    fn decode_records<C: Convert, S: Sink<Item = C::Out>>(
+        &self,
+        bytes: &Bytes,
+        (stride, offset): (usize, usize),
+        convert: &C,
+        first: usize,
+        out: S,
+        cancel: &Cancel,
+    ) -> Result<(), Error> {
+        let (ty, big, components) = (self.array.ty, self.big(), self.array.components);
+        let size = ty.size().unwrap_or(1);
+        let pieces = sink::pieces(out, PIECE_VALUES).into_par_iter().enumerate();
+        pieces.try_for_each_init(
+            Default::default,
+            |(scratch, gathered, values): &mut (_, Vec<u8>, _), (i, out)| {
+                check(cancel)?;
+                let first = first + i * PIECE_VALUES;
+                // A piece may start and end within a tuple.
+                let (from, to) = (first / components, (first + out.len()).div_ceil(components));
+                let records = bytes
+                    .get(from * stride..to * stride, scratch)?
+                    .ok_or_else(|| self.fault(format_args!("cut off near tuple {from}")))?;
+                gathered.clear();
+                for record in records.chunks_exact(stride) {
+                    gathered.extend_from_slice(&record[offset..][..components * size]);
+                }
+                let there = &gathered[(first - from * components) * size..][..out.len() * size];
+                out.fill(values, |out| {
+                    convert.bytes(ty, big, first, there, out);
+                    Ok(())
+                })
+            },
+        )
     }
 
     fn decode_bits<C: Convert, S: Sink<Item = C::Out>>(
@@ -248,34 +302,40 @@ impl CheckedArray<'_> {
         out: S,
         cancel: &Cancel,
     ) -> Result<(), Error> {
+        let table = self.columns();
         let mut rest = out;
         let mut jobs = Vec::new();
-        let start = pieces.partition_point(|piece| piece.first + piece.count <= first);
+        let mut next = first;
+        let start = pieces.partition_point(|piece| table.values_before(piece.first + piece.count) <= first);
         for piece in &pieces[start..] {
             if rest.is_empty() {
                 break;
             }
-            let skipped = first.saturating_sub(piece.first);
-            let count = (piece.count - skipped).min(rest.len());
-            let (head, tail) = rest.split_at(count);
-            jobs.push((piece, skipped, head));
-            rest = tail;
+            let end = table.values_before(piece.first + piece.count);
+            let (head, tail) = {
+                let room = rest.len();
+                rest.split_at((end - next).min(room))
+            };
+            jobs.push((piece, next, head));
+            (rest, next) = (tail, end);
         }
         jobs.into_par_iter().try_for_each_init(
             Default::default,
-            |(scratch, binary, values): &mut (_, Vec<_>, Vec<_>), (piece, skipped, out)| {
+            |(scratch, binary, values): &mut (_, Vec<_>, Vec<_>), (piece, first, out)| {
                 check(cancel)?;
                 binary.clear();
-                let (mut ty, first) = (self.array.ty, piece.first + skipped);
+                let mut ty = self.array.ty;
                 let there = piece.text(text, scratch)?;
-                let mut tokens = text::tokens(there).skip(skipped);
+                let (mut tokens, mut at) = (text::tokens(there), piece.first);
                 for i in first..first + out.len() {
+                    let wanted = table.token_of(i);
                     // They were there when they were counted; somebody may have written to the file since.
-                    let token = tokens.next().ok_or_else(|| {
+                    let token = tokens.nth(wanted - at).ok_or_else(|| {
                         self.fault(format_args!(
                             "value {i} is missing; was the file written to while it was read?"
                         ))
                     })?;
+                    at = wanted + 1;
                     ty = self.push_number(token, binary).ok_or_else(|| {
                         let found = String::from_utf8_lossy(&token[..token.len().min(40)]).into_owned();
                         self.fault(format_args!("value {i} is {found:?}, expected a number"))
@@ -287,6 +347,15 @@ impl CheckedArray<'_> {
                 })
             },
         )
+    }
+
+    fn columns(&self) -> Table {
+        let components = self.array.components;
+        let all = Columns { per_row: components, first: 0 };
+        let Content::Text { columns, .. } = &self.array.content else {
+            return Table { components, columns: all };
+        };
+        Table { components, columns: columns.unwrap_or(all) }
     }
 
     /// Appends a parsed number, little endian, and says as which type.
@@ -317,6 +386,27 @@ impl CheckedArray<'_> {
     }
 }
 
+/// Which of the numbers in a text are an array's values.
+#[derive(Clone, Copy)]
+struct Table {
+    components: usize,
+    columns: Columns,
+}
+
+impl Table {
+    /// How many values stand before number `token` of the text.
+    fn values_before(self, token: usize) -> usize {
+        let Columns { per_row, first } = self.columns;
+        token / per_row * self.components + (token % per_row).saturating_sub(first).min(self.components)
+    }
+
+    /// The number in the text that is value `value`.
+    fn token_of(self, value: usize) -> usize {
+        let Columns { per_row, first } = self.columns;
+        value / self.components * per_row + first + value % self.components
+    }
+}
+
 fn whole(token: &[u8]) -> Option<i128> {
     text::parse_integer(token).or_else(|| {
         let value = text::parse_f64(token)?;
@@ -330,7 +420,7 @@ mod tests {
     use crate::IoMode;
     use crate::array::DataArray;
     use crate::input_file::InputFile;
-    use crate::scalar::Recentre;
+    use crate::scalar::{Recentre, ToU64};
 
     #[test]
     fn numbers_that_vanish_once_they_are_counted_are_an_error() {
@@ -344,7 +434,12 @@ mod tests {
                 components: 3,
                 tuples: 2,
                 ty: ScalarType::F32,
-                content: Content::Text { bytes: Bytes::of(&input, 0..11), unit_colours: false, pieces: None },
+                content: Content::Text {
+                    bytes: Bytes::of(&input, 0..11),
+                    unit_colours: false,
+                    pieces: None,
+                    columns: None,
+                },
             };
             let checked = array.check(&input).expect("six numbers");
             write("1 2     4 5");
@@ -352,5 +447,39 @@ mod tests {
             let error = checked.collect(&convert, &Cancel::default()).expect_err("four numbers");
             assert!(error.to_string().contains("value 4 is missing"), "{mode:?}: {error}");
         }
+    }
+
+    #[test]
+    fn records_give_their_values_whole_in_part_and_picked() {
+        let file = tempfile::NamedTempFile::new().expect("a file");
+        let input = InputFile::open(file.path(), IoMode::Read).expect("opens");
+        // Five numbers do not fit a piece of values evenly.
+        let (components, tuples, stride, offset) = (5, 20_000, 24, 3);
+        let mut bytes = vec![0xaa; tuples * stride];
+        for (i, record) in bytes.chunks_mut(stride).enumerate() {
+            for (c, value) in record[offset..].chunks_mut(4).take(components).enumerate() {
+                value.copy_from_slice(&((i * components + c) as u32).to_be_bytes());
+            }
+        }
+        let array = DataArray {
+            name: "a".into(),
+            components,
+            tuples,
+            ty: ScalarType::U32,
+            content: Content::Records { bytes: bytes.into(), stride, offset, big: true },
+        };
+        let checked = array.check(&input).expect("all there");
+        let cancel = Cancel::default();
+        let expected = |tuples: &[usize]| -> Vec<u64> {
+            tuples.iter().flat_map(|i| (i * components..(i + 1) * components).map(|v| v as u64)).collect()
+        };
+        let all: Vec<usize> = (0..tuples).collect();
+        assert_eq!(checked.collect(&ToU64, &cancel).expect("read"), expected(&all));
+        assert_eq!(
+            checked.tuples_in(777..12_345, &ToU64, &cancel).expect("read"),
+            expected(&all[777..12_345])
+        );
+        let some: Vec<usize> = (3..tuples).step_by(1237).collect();
+        assert_eq!(checked.pick(&some, &ToU64, &cancel).expect("read"), expected(&some));
     }
 }

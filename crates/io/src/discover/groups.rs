@@ -5,9 +5,7 @@ use meniscus_core::Choice;
 
 use super::{Found, TimeStep, file, gaps, names};
 use crate::Error;
-
-/// Extensions of particle files.
-const PARTICLE_FILES: [&str; 5] = ["vtk", "vtu", "vtp", "pvtu", "pvtp"];
+use crate::format::{EXPECTED, PARTICLE_FILES};
 
 /// Words in a name that say that it holds the liquid, and that it holds something else.
 const LIQUID_WORDS: [&str; 3] = ["fluid", "water", "liquid"];
@@ -71,7 +69,7 @@ pub(super) fn choose(place: &Path, files: Vec<PathBuf>) -> Result<Found, Error> 
     let Some(chosen) = candidates.next() else {
         return Err(Error::Empty {
             file: place.to_owned(),
-            message: "no particle file here; expected .vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd or .series".into(),
+            message: format!("no particle file here; expected {EXPECTED}"),
         });
     };
     // What the chosen collection lists is not left out.

@@ -55,7 +55,10 @@ fn file(path: &Path) -> Result<Found, Error> {
             Document::Collection(entries) => collection::from_entries(&file, &entries)?,
             _ => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
         },
-        Format::Xml | Format::Legacy => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
+        // Of packed files only those with points are read.
+        Format::Xml | Format::Legacy | Format::Bgeo | Format::Ply | Format::Gzip => {
+            vec![TimeStep { time: None, files: vec![path.to_owned()] }]
+        }
     };
     Ok(Found { steps, choices: Vec::new() })
 }

@@ -1,9 +1,11 @@
 use std::cmp::Ordering;
 use std::path::Path;
 
-/// Lower-case extension; `series` for `.vtu.series` and the like.
+/// Lower-case extension; `series` for `.vtu.series` and the like, `bgeo` for `.bgeo.gz`.
 pub(super) fn extension(path: &Path) -> String {
-    path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase()).unwrap_or_default()
+    let of = |path: &Path| path.extension().map(|e| e.to_string_lossy().to_ascii_lowercase());
+    let last = of(path).unwrap_or_default();
+    if last == "gz" { path.file_stem().and_then(|stem| of(stem.as_ref())).unwrap_or_default() } else { last }
 }
 
 /// Order in which people count: runs of digits by value, the rest by letters.

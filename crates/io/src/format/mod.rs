@@ -1,14 +1,19 @@
 //! File formats: what a file is by its first bytes, and where its arrays lie.
 
+pub(crate) mod bgeo;
+mod gzip;
 pub(crate) mod legacy;
 pub(crate) mod parallel;
+pub(crate) mod ply;
 pub(crate) mod xml;
 
 use std::path::{Path, PathBuf};
 
-use crate::Error;
+use crate::dataset::Dataset;
+use crate::format::xml::Document;
 use crate::forward::Forward;
-use crate::input_file::InputFile;
+use crate::input_file::{Bytes, InputFile};
+use crate::{Error, IoMode};
 
 /// What a file is, by its content; names lie.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -16,6 +21,44 @@ pub(crate) enum Format {
     Legacy,
     Xml,
     SeriesJson,
+    Bgeo,
+    Ply,
+    /// Packed, a `.bgeo` file perhaps.
+    Gzip,
+}
+
+/// Extensions of particle files, without those of lists of series.
+pub(crate) const PARTICLE_FILES: [&str; 7] = ["vtk", "vtu", "vtp", "pvtu", "pvtp", "bgeo", "ply"];
+
+/// What is read, for messages.
+pub(crate) const EXPECTED: &str = ".vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd, .series, .bgeo or .ply";
+
+/// What is in a file.
+pub(crate) enum Content {
+    Points(Dataset),
+    /// Names of files that have the points, relative to its folder.
+    Pieces(Vec<String>),
+    /// Names of files for times.
+    Series,
+}
+
+impl Content {
+    /// Finds what is in the file at `path`.
+    pub fn open(path: &Path, mode: IoMode) -> Result<Self, Error> {
+        let file = InputFile::open(path, mode)?;
+        Ok(match Format::sniff(&file)? {
+            Format::Legacy => Self::Points(legacy::parse(&file)?),
+            Format::Bgeo => Self::Points(bgeo::parse(&file)?),
+            Format::Gzip => Self::Points(bgeo::parse(&gzip::unpack(&file)?)?),
+            Format::Ply => Self::Points(ply::parse(&file)?),
+            Format::Xml => match xml::parse(&file)? {
+                Document::Dataset(dataset) => Self::Points(dataset),
+                Document::Parallel(sources) => Self::Pieces(sources),
+                Document::Collection(_) => Self::Series,
+            },
+            Format::SeriesJson => Self::Series,
+        })
+    }
 }
 
 impl Format {
@@ -24,22 +67,31 @@ impl Format {
         let unsupported = |what: &str| {
             Err(Error::unsupported(
                 file.path(),
-                format_args!("{what}; expected a VTK file (.vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd or .series)"),
+                format_args!("{what}; expected a particle file ({EXPECTED})"),
             ))
         };
         let mut place = Forward::new(file, 0);
         skip_mark(&mut place)?;
         match place.peek(64)? {
-            [] => Err(Error::malformed(file.path(), "byte 0", "the file is empty; expected a VTK file")),
+            [] => Err(Error::malformed(
+                file.path(),
+                "byte 0",
+                format_args!("the file is empty; expected a particle file ({EXPECTED})"),
+            )),
             text if starts_with_ignore_case(text, b"# vtk datafile") => Ok(Self::Legacy),
             [b'<', ..] => Ok(Self::Xml),
             [b'{', ..] => Ok(Self::SeriesJson),
-            [0x1f, 0x8b, ..] => unsupported("gzip data; unpack it with gunzip first"),
+            [0x1f, 0x8b, ..] => Ok(Self::Gzip),
+            text if text.starts_with(bgeo::MAGIC) => Ok(Self::Bgeo),
+            [b'p', b'l', b'y', b'\r' | b'\n', ..] => Ok(Self::Ply),
+            [0x7f, b'N', b'S', b'J', ..] => unsupported(
+                "Houdini's new .bgeo, which is not read; write it in the classic form (.bhclassic)",
+            ),
             [0x89, b'H', b'D', b'F', ..] => unsupported(
                 "HDF5 (.vtkhdf), which is not read; write it as .vtu or .vtp, for example with ParaView",
             ),
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => unsupported("UTF-16 text; save it as UTF-8"),
-            _ => unsupported("neither a legacy nor an XML VTK file"),
+            _ => unsupported("neither a VTK file, legacy or XML, nor .bgeo or .ply"),
         }
     }
 }
@@ -50,6 +102,19 @@ pub(crate) fn skip_mark(place: &mut Forward<'_>) -> Result<(), Error> {
         place.advance(3);
     }
     place.skip_blanks()
+}
+
+/// The `count` records of `stride` bytes from byte `start` of `file` on.
+pub(crate) fn records(file: &InputFile, start: usize, count: usize, stride: usize) -> Result<Bytes, Error> {
+    let there = file.len().saturating_sub(start);
+    let length = count.checked_mul(stride).filter(|&length| length <= there).ok_or_else(|| {
+        let message = format_args!(
+            "{count} points of {stride} bytes are declared, more than the {there} bytes left in the file; it is cut off or \
+             the count is wrong"
+        );
+        Error::malformed(file.path(), format_args!("byte {start}"), message)
+    })?;
+    Ok(Bytes::of(file, start..start + length))
 }
 
 /// The file that a list in `folder` calls `name`. Lists written on Windows have backslashes, which elsewhere are letters like

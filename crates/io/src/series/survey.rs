@@ -81,7 +81,7 @@ pub(super) fn survey(
         }
     };
     let metres_per_unit = options.metres_per_unit.unwrap_or_else(|| {
-        choices.push(choice("unit", "m".into(), "VTK files do not state one".into(), "--unit"));
+        choices.push(choice("unit", "m".into(), "the file does not state one".into(), "--unit"));
         1.0
     });
     describe_io(&steps[index], plans, &mut choices);

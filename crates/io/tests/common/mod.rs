@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test file uses its part")]
 
 pub mod legacy;
+pub mod records;
 pub mod xml;
 
 use std::path::{Path, PathBuf};

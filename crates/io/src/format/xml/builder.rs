@@ -431,7 +431,7 @@ impl<'a> Builder<'a> {
             }
         };
         let content = if array.ascii {
-            Content::Text { bytes, unit_colours: false, pieces: None }
+            Content::Text { bytes, unit_colours: false, pieces: None, columns: None }
         } else {
             Content::Framed {
                 bytes,
