@@ -30,8 +30,8 @@ fn block_of(texel: vec4<f32>) -> Block {
     return Block(texel.x, texel.y, texel.z);
 }
 
-// What smoothing along the columns leaves of a block, in the texels of the smoothed thickness; along the rows it leaves thickness,
-// coverage and standard deviation.
+// What the last pass of the smoothing leaves of a block, in the texels of the smoothed thickness; the others leave thickness, coverage
+// and standard deviation.
 struct SmoothedBlock {
     // Mean over what is covered, world units along the ray.
     thickness_world: f32,

@@ -56,6 +56,13 @@ impl ThicknessParams {
         let sigma_radii = self.smoothing * spacing_per_radius;
         if sigma_radii >= 0.5 { (MOST_EVEN_SIGMA / sigma_radii).max(2.0) } else { 2.0 }
     }
+
+    /// Whether the smoothing has a tap for each sample all over a picture of splats of half sizes up to `most_half_px` pixels.
+    pub(crate) fn is_even(&self, spacing_per_radius: f32, most_half_px: f32) -> bool {
+        // The smoothing goes by where spheres are nearest, their half size by where they end.
+        let most_radius = 2.0 * most_half_px / self.scale as f32;
+        self.smoothing * spacing_per_radius * most_radius <= MOST_EVEN_SIGMA
+    }
 }
 
 /// Standard deviation in samples up to which the smoothing (`shaders/ssfr/thickness_smooth.wgsl`) has a tap for each: 24 of

@@ -47,8 +47,10 @@ const STAND_IN_PROFILE_HALF_PX: f32 = 1.5;
 pub(crate) struct ThicknessPasses {
     /// Where the scene may cut sets off, and where it does not; of either, where sums may saturate, and where they cannot.
     sums: [[SumPasses; 2]; 2],
-    smooth_rows: ComputePipeline,
-    smooth_columns: ComputePipeline,
+    /// Along rows and along columns, where taps lie side by side.
+    smooth: [ComputePipeline; 2],
+    /// Where they may not, with what evens out their pattern.
+    smooth_wide: [ComputePipeline; 4],
     upsample: ComputePipeline,
 }
 
@@ -85,17 +87,26 @@ impl SumPasses {
 
 impl ThicknessPasses {
     pub(crate) fn new(gpu: &Gpu) -> Self {
-        let [in_front, bounded, pairs, columns] =
-            ["IN_FRONT", "BOUNDED", "PAIRS", "COLUMNS"].map(|name| Definition { name, value: 1 });
+        let [in_front, bounded, pairs] =
+            ["IN_FRONT", "BOUNDED", "PAIRS"].map(|name| Definition { name, value: 1 });
         let sums = |definitions: &[Definition]| {
             let has_pairs = definitions.contains(&bounded) && gpu.has_wide_atomics();
             let pairs: &[Definition] = if has_pairs { &[pairs] } else { &[] };
             SumPasses::new(gpu, &[definitions, pairs].concat())
         };
+        let smooth = |names: &[&'static str]| {
+            let definitions: Vec<_> = names.iter().map(|&name| Definition { name, value: 1 }).collect();
+            pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &definitions)
+        };
         Self {
             sums: [[sums(&[]), sums(&[bounded])], [sums(&[in_front]), sums(&[in_front, bounded])]],
-            smooth_rows: pipeline(gpu, shader!("ssfr/thickness_smooth")),
-            smooth_columns: pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &[columns]),
+            smooth: [smooth(&["FIRST"]), smooth(&["COLUMNS", "LAST"])],
+            smooth_wide: [
+                smooth(&["FIRST"]),
+                smooth(&["TENT"]),
+                smooth(&["COLUMNS"]),
+                smooth(&["TENT", "COLUMNS", "LAST"]),
+            ],
             upsample: pipeline(gpu, shader!("ssfr/thickness_upsample")),
         }
     }
@@ -175,18 +186,19 @@ impl ThicknessPasses {
             ],
             pixels,
         );
-        let [rows, columns] = &reduced.smoothed;
-        for (pipeline, source, smoothed) in [
-            (&self.smooth_rows, reduced.resolved.bind(), rows.bind()),
-            (&self.smooth_columns, rows.bind(), columns.bind()),
-        ] {
+        let most_half_px = sets.iter().map(|set| set.most_half_px).fold(0.0, f32::max);
+        let is_even = params.thickness.is_even(common.spacing_per_radius, most_half_px);
+        let smooth: &[ComputePipeline] = if is_even { &self.smooth } else { &self.smooth_wide };
+        let mut current = reduced.resolved.bind();
+        for (pipeline, smoothed) in smooth.iter().zip(reduced.smoothed.iter().cycle()) {
             let bindings = [
                 ("thickness", thickness.clone()),
                 ("reduced", reduced.surface.bind()),
-                ("source", source),
-                ("smoothed", smoothed),
+                ("source", current),
+                ("smoothed", smoothed.bind()),
             ];
             recorder.compute(gpu, "ssfr.thickness_smooth", pipeline, &bindings, pixels);
+            current = smoothed.bind();
         }
         recorder.compute(
             gpu,
@@ -195,7 +207,7 @@ impl ThicknessPasses {
             &[
                 ("thickness", thickness),
                 ("front", images.front.bind()),
-                ("smoothed", columns.bind()),
+                ("smoothed", current),
                 ("length_world", images.thickness.bind()),
                 ("covered_pixels", images.covered.bind()),
             ],

@@ -103,8 +103,10 @@ pub fn thickness_smooth(
         })
         .collect();
     let start: Vec<[f64; 2]> = sum.iter().zip(&guides).map(|(&t, guide)| [t, guide.covered]).collect();
-    let rows = gaussian(&start, &guides, [width, height], 0);
-    let smoothed = gaussian(&rows, &guides, [width, height], 1);
+    let smooth = |values: &[[f64; 2]], axis, kernel| smooth(values, &guides, [width, height], axis, kernel);
+    let smoothed = [0, 1]
+        .into_iter()
+        .fold(start, |values, axis| smooth(&smooth(&values, axis, Kernel::Gaussian), axis, Kernel::Tent));
     (0..view.size_px[0] * view.size_px[1])
         .into_par_iter()
         .map(|pixel| {
@@ -139,7 +141,23 @@ struct Guide {
     sigma: f64,
 }
 
-fn gaussian(values: &[[f64; 2]], guides: &[Guide], size: [usize; 2], axis: usize) -> Vec<[f64; 2]> {
+#[derive(Clone, Copy)]
+enum Kernel {
+    Gaussian,
+    /// The mean over the distance of the Gaussian's taps, twice.
+    Tent,
+}
+
+/// Taps of the Gaussian to a side up to which there is one for each block.
+const MAX_TAPS: f64 = 24.0;
+
+fn smooth(
+    values: &[[f64; 2]],
+    guides: &[Guide],
+    size: [usize; 2],
+    axis: usize,
+    kernel: Kernel,
+) -> Vec<[f64; 2]> {
     let stride = [1, size[0]];
     (0..values.len())
         .into_par_iter()
@@ -156,10 +174,22 @@ fn gaussian(values: &[[f64; 2]], guides: &[Guide], size: [usize; 2], axis: usize
             let mut total = values[i];
             if sigma > 0.0 {
                 let reach = 2.5 * sigma;
-                let step = (reach / 12.0).max(1.0);
-                for k in 1..=reach.ceil().min(12.0) as usize {
-                    let offset = (k as f64 * step).round_ties_even() as usize;
-                    let weight = (-0.5 * (offset as f64 / sigma).powi(2)).exp();
+                let step = (reach / MAX_TAPS).ceil().max(1.0);
+                let offsets = match kernel {
+                    Kernel::Gaussian => {
+                        (1..=(reach / step).ceil() as usize).map(|k| k * step as usize).collect()
+                    }
+                    Kernel::Tent => (1..step as usize).collect::<Vec<_>>(),
+                };
+                let share = match kernel {
+                    Kernel::Gaussian => step,
+                    Kernel::Tent => 1.0 / step,
+                };
+                for offset in offsets {
+                    let weight = match kernel {
+                        Kernel::Gaussian => (-0.5 * (offset as f64 / sigma).powi(2)).exp(),
+                        Kernel::Tent => 1.0 - offset as f64 / step,
+                    };
                     let mut add = |j: usize| (0..2).for_each(|c| total[c] += weight * values[j][c]);
                     if at[axis] >= offset {
                         add(i - offset * stride[axis]);
@@ -168,6 +198,7 @@ fn gaussian(values: &[[f64; 2]], guides: &[Guide], size: [usize; 2], axis: usize
                         add(i + offset * stride[axis]);
                     }
                 }
+                total = total.map(|t| share * t);
             }
             total
         })
