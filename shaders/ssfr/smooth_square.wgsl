@@ -1,6 +1,7 @@
 // The last pass of a smoothing filter: a small one in two dimensions that removes the streaks of the passes along rows and
-// columns (algorithms.md 3.5), and the pattern of their taps where these are more than a pixel apart. From keys to distances, four
-// pixels of a row at a time.
+// columns (algorithms.md 3.5), and the pattern of their taps where these are two pixels apart or four. From keys to distances, four
+// pixels of a row at a time. In extreme close-ups, where the pattern is wider, passes with COARSE come before it, each with taps a
+// quarter as far apart as those of the one before: what repeats by four of its taps is gone after each.
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #import meniscus::camera::Camera
@@ -13,7 +14,8 @@
 // Distances before any pass, and radii; keys before this one.
 @group(0) @binding(2) var front: texture_2d<f32>;
 @group(0) @binding(3) var source: texture_2d<f32>;
-@group(0) @binding(4) var distance: texture_storage_2d<r32float, write>;
+// Distances; with COARSE keys.
+@group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
 @group(0) @binding(5) var<storage, read> tiles: CoveredPixels;
 #ifdef ADAPTIVE
 @group(0) @binding(6) var<storage, read> complexity: array<f32>;
@@ -84,12 +86,16 @@ fn taps_apart(first: vec2<i32>, gap: vec4<i32>, offset: vec2<i32>) -> vec4<f32> 
 
 // Gives the number of samples that are weighed.
 fn smooth_four(first: vec2<i32>) -> u32 {
+#ifdef COARSE
+    let center = loads_at(source, first, ROW, PLACES);
+#else
     let two_up = keys_at(first - vec2(0, 2));
     let up = keys_at(first - vec2(0, 1));
     let own = keys_at(first);
     let down = keys_at(first + vec2(0, 1));
     let two_down = keys_at(first + vec2(0, 2));
     let center = middle(own);
+#endif
     let d = distances_of(camera, center);
     let original = fronts_at(front, first, ROW);
     let widths = sigmas(camera, smoothing, d, original.radius);
@@ -98,9 +104,13 @@ fn smooth_four(first: vec2<i32>) -> u32 {
     let last = vec2<i32>(camera.size_px) - 1;
     let x = first.x + PLACES;
     let room = min(min(x, last.x - x), vec4(min(first.y, last.y - first.y)));
+#ifdef COARSE
     // Pixels from one tap to the next; near the picture's border a smaller one.
-    let gap = min(max(vec4<i32>(pattern.period) / 4, vec4(1)), room / 2);
-    let is_smoothed = (gap >= vec4(1)) & (widths.square_px >= vec4(LEAST_SIGMA_PX));
+    let gap = min(min(vec4<i32>(pattern.period) / 4, vec4(smoothing.most_gap)), room / 2);
+    let is_smoothed = (gap >= vec4(1)) & (pattern.period > vec4<f32>(vec4(smoothing.most_gap)));
+#else
+    let is_smoothed = (room >= vec4(2)) & (widths.square_px >= vec4(LEAST_SIGMA_PX));
+#endif
     var square: Square;
     // A Gaussian, or where taps along lines have gaps what takes away all that repeats after four taps or two, namely 1, 2, 2, 2, 1
     // (the mean of four twice, one tap apart).
@@ -113,29 +123,11 @@ fn smooth_four(first: vec2<i32>) -> u32 {
     square.rule.complexity =
         vec4(complexity[pixels.x], complexity[pixels.y], complexity[pixels.z], complexity[pixels.w]);
 #endif
-#ifndef GAUSSIAN
-    square.slope_x = smaller_steps(one_after(own), center, one_before(own));
-    square.slope_y = smaller_steps(middle(down), center, middle(up));
-#endif
     var sum = Pair(vec4(0.0), vec4(0.0));
-    let is_dense = all(gap <= vec4(1));
-    if is_dense {
-        add(&sum, square, vec2(1, 0), one_after(own), one_before(own));
-        add(&sum, square, vec2(0, 1), middle(down), middle(up));
-        add(&sum, square, vec2(1, 1), one_after(down), one_before(up));
-        add(&sum, square, vec2(1, -1), one_after(up), one_before(down));
-        add(&sum, square, vec2(2, 0), own.right, own.left);
-        add(&sum, square, vec2(0, 2), middle(two_down), middle(two_up));
-        add(&sum, square, vec2(2, 1), down.right, up.left);
-        add(&sum, square, vec2(2, -1), up.right, down.left);
-        add(&sum, square, vec2(1, 2), one_after(two_down), one_before(two_up));
-        add(&sum, square, vec2(1, -2), one_after(two_up), one_before(two_down));
-        add(&sum, square, vec2(2, 2), two_down.right, two_up.left);
-        add(&sum, square, vec2(2, -2), two_up.right, two_down.left);
-    }
-    // In extreme close-ups taps lie apart. The first two pairs tell the slopes.
+#ifdef COARSE
+    // The first two pairs tell the slopes.
     var half = HALF;
-    for (var i = 0; i < select(12, 0, is_dense); i++) {
+    for (var i = 0; i < 12; i++) {
         let offset = half[i];
         let after = taps_apart(first, gap, offset);
         let before = taps_apart(first, gap, -offset);
@@ -146,11 +138,32 @@ fn smooth_four(first: vec2<i32>) -> u32 {
 #endif
         add(&sum, square, offset, after, before);
     }
-    let found = distances_of(camera, select(center, smoothed_key(square.rule, sum), is_smoothed));
-    textureStore(distance, first, vec4(found.x));
-    textureStore(distance, first + ROW, vec4(found.y));
-    textureStore(distance, first + 2 * ROW, vec4(found.z));
-    textureStore(distance, first + 3 * ROW, vec4(found.w));
+#else
+#ifndef GAUSSIAN
+    square.slope_x = smaller_steps(one_after(own), center, one_before(own));
+    square.slope_y = smaller_steps(middle(down), center, middle(up));
+#endif
+    add(&sum, square, vec2(1, 0), one_after(own), one_before(own));
+    add(&sum, square, vec2(0, 1), middle(down), middle(up));
+    add(&sum, square, vec2(1, 1), one_after(down), one_before(up));
+    add(&sum, square, vec2(1, -1), one_after(up), one_before(down));
+    add(&sum, square, vec2(2, 0), own.right, own.left);
+    add(&sum, square, vec2(0, 2), middle(two_down), middle(two_up));
+    add(&sum, square, vec2(2, 1), down.right, up.left);
+    add(&sum, square, vec2(2, -1), up.right, down.left);
+    add(&sum, square, vec2(1, 2), one_after(two_down), one_before(two_up));
+    add(&sum, square, vec2(1, -2), one_after(two_up), one_before(two_down));
+    add(&sum, square, vec2(2, 2), two_down.right, two_up.left);
+    add(&sum, square, vec2(2, -2), two_up.right, two_down.left);
+#endif
+    var found = select(center, smoothed_key(square.rule, sum), is_smoothed);
+#ifndef COARSE
+    found = distances_of(camera, found);
+#endif
+    textureStore(smoothed, first, vec4(found.x));
+    textureStore(smoothed, first + ROW, vec4(found.y));
+    textureStore(smoothed, first + 2 * ROW, vec4(found.z));
+    textureStore(smoothed, first + 3 * ROW, vec4(found.w));
     return 24u * countOneBits(dot(vec4<u32>(is_smoothed), vec4(1u, 2u, 4u, 8u)));
 }
 

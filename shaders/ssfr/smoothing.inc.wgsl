@@ -23,7 +23,8 @@ struct Smoothing {
     // sampled in larger steps, which the smoothness of the splats allows.
     close_taps: f32,
     most_taps: f32,
-    pad: f32,
+    // Of a coarse pass of the clean-up: pixels from one tap to the next, at most.
+    most_gap: i32,
 }
 
 struct Sigmas {

@@ -57,11 +57,9 @@ impl ThicknessParams {
         if sigma_radii >= 0.5 { (MOST_EVEN_SIGMA / sigma_radii).max(2.0) } else { 2.0 }
     }
 
-    /// Whether the smoothing has a tap for each sample all over a picture of splats of half sizes up to `most_half_px` pixels.
-    pub(crate) fn is_even(&self, spacing_per_radius: f32, most_half_px: f32) -> bool {
-        // The smoothing goes by where spheres are nearest, their half size by where they end.
-        let most_radius = 2.0 * most_half_px / self.scale as f32;
-        self.smoothing * spacing_per_radius * most_radius <= MOST_EVEN_SIGMA
+    /// Whether the smoothing has a tap for each sample all over a picture of spheres of radii up to `most_radius_px`.
+    pub(crate) fn is_even(&self, spacing_per_radius: f32, most_radius_px: f32) -> bool {
+        self.smoothing * spacing_per_radius * most_radius_px / self.scale as f32 <= MOST_EVEN_SIGMA
     }
 }
 

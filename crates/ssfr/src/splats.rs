@@ -132,6 +132,9 @@ pub(crate) struct Common {
     pub(crate) visible_radius: VisibleRadius,
     /// Of the first set; the filters scale with it.
     pub(crate) spacing_per_radius: f32,
+    /// Pixels that the radius of no sphere exceeds where it is nearest to the eye, which is at least two radii from its centre: half
+    /// sizes go by where spheres end, and are half of that at the most.
+    pub(crate) most_radius_px: f32,
     /// Most that a half-axis of an ellipsoid is of the radius.
     pub(crate) longest_axis: f32,
     /// Whether nothing opaque cuts any of the sets.
@@ -160,6 +163,7 @@ impl Common {
             steps_per_world: if finest.is_finite() { steps as f32 / finest } else { 1.0 },
             visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
+            most_radius_px: 2.0 * sets.iter().map(|set| set.most_half_px).fold(0.0, f32::max),
             longest_axis: params.anisotropy.longest_axis(),
             is_bounded,
             is_in_front: sets.iter().all(|set| set.is_in_front),

@@ -124,6 +124,7 @@ impl Ssfr {
                 steps: [&images.steps[0], &images.steps[1]],
                 scratch: [&images.nearest, &images.radius],
                 spacing_per_radius: common.spacing_per_radius,
+                most_radius_px: common.most_radius_px,
             },
         );
         self.normal.record(recorder, gpu, camera, images);

@@ -69,6 +69,7 @@ impl Run<'_> {
             steps: [&steps[0], &steps[1]],
             scratch: [&scratch[0], &scratch[1]],
             spacing_per_radius: SPACING_PER_RADIUS,
+            most_radius_px: f32::INFINITY,
         };
         self.filter.record(&mut recorder, gpu, &camera, &images);
         let _ = recorder.submit(gpu)?;

@@ -54,6 +54,8 @@ pub struct FilterImages<'a> {
     pub scratch: [&'a Buffer<Scratch>; 2],
     /// Distance of neighbouring particles per drawn radius: the bumps to remove are `radius * spacing_per_radius` long.
     pub spacing_per_radius: f32,
+    /// Pixels that the radius of no sphere exceeds where it is nearest to the eye; infinite where that is not known.
+    pub most_radius_px: f32,
 }
 
 /// Numbers in a scratch buffer of a filter for pictures of `size` pixels: one a pixel, and room for two.

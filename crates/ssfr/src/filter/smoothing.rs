@@ -53,13 +53,26 @@ impl Width {
             let is_last = i + 1 >= self.iterations;
             let taps = if is_last { [MOST_LAST_TAPS; 2] } else { [self.close_taps, MOST_TAPS] };
             let [close_taps, most_taps] = taps.map(|taps| taps * (self.sigma * share.sqrt()).max(1.0));
-            order.map(|direction| LinePass { direction, share, close_taps, most_taps })
+            order.map(|direction| LinePass { direction, share, close_taps, most_taps, most_gap: 0 })
         })
     }
 
     /// As the clean-up sees the passes: the last one's pattern is what is left of them.
     pub fn clean_up(&self) -> LinePass {
         self.passes().last().map(|last| LinePass { direction: [0, 0], ..last }).unwrap_or_default()
+    }
+
+    /// The coarse passes that come before the clean-up in pictures of spacings of up to `spacing_px` pixels, which are `side_px` pixels
+    /// wide or high at most: each takes away what repeats by four of its taps, and what repeats by two.
+    pub fn coarse_clean_up(&self, spacing_px: f32, side_px: u32) -> impl Iterator<Item = LinePass> {
+        let last = self.clean_up();
+        let reach_px = REACH_PER_SIGMA * self.sigma * spacing_px * last.share.sqrt();
+        // As `pattern_of` of `shaders/ssfr/smoothing.inc.wgsl`, but for rounding up to a power of two.
+        let period = reach_px / (0.75 * last.most_taps);
+        let gaps = (1..=6).map(|level| 4_i32.pow(level));
+        let needed = gaps.filter(move |&gap| 2.0 * period > gap as f32 && gap <= side_px as i32 / 4);
+        let passes: Vec<_> = needed.map(|most_gap| LinePass { most_gap, ..last }).collect();
+        passes.into_iter().rev()
     }
 
     /// Checks the ranges, under the names that filters give these parameters.
@@ -82,6 +95,8 @@ pub(crate) struct LinePass {
     pub close_taps: f32,
     /// Taps to each side, at most.
     pub most_taps: f32,
+    /// Of coarse passes of the clean-up: pixels from one tap to the next, at most.
+    pub most_gap: i32,
 }
 
 /// [`Width::close_taps`] of filters that look at each tap by itself. They are at most 0.7 standard deviations apart, 1.4 of the last
@@ -93,6 +108,9 @@ pub(super) const MOST_TAPS: f32 = 24.0;
 /// In the last iteration. What the others leave between taps that are far apart, it smooths out; what it leaves, only the clean-up
 /// does, which reaches over four pixels.
 const MOST_LAST_TAPS: f32 = 48.0;
+
+/// `REACH * WIDENED` of `shaders/ssfr/smoothing.inc.wgsl`: where kernels end, in the standard deviations they have.
+const REACH_PER_SIGMA: f32 = 2.5 / 0.8928;
 
 /// `meniscus::smoothing::Smoothing` of `shaders/ssfr/smoothing.inc.wgsl`.
 #[repr(C)]
@@ -106,7 +124,7 @@ pub(super) struct SmoothingUniform {
     clamp_radii: f32,
     close_taps: f32,
     most_taps: f32,
-    pad: f32,
+    most_gap: i32,
 }
 
 impl HostStruct for SmoothingUniform {
@@ -120,7 +138,7 @@ impl HostStruct for SmoothingUniform {
         clamp_radii,
         close_taps,
         most_taps,
-        pad,
+        most_gap,
     });
 }
 
@@ -135,7 +153,7 @@ impl SmoothingUniform {
             clamp_radii: width.clamp,
             close_taps: pass.close_taps,
             most_taps: pass.most_taps,
-            pad: 0.0,
+            most_gap: pass.most_gap,
         }
     }
 }
@@ -146,16 +164,19 @@ pub(super) struct Smoothing {
     key: ComputePipeline,
     along: ComputePipeline,
     square: ComputePipeline,
+    coarse_square: ComputePipeline,
 }
 
 impl Smoothing {
     pub(super) fn new(gpu: &Gpu, rule: Rule) -> Result<Self, SsfrError> {
         let definitions = rule.definitions();
+        let coarse = [definitions, &[Definition { name: "COARSE", value: 1 }]].concat();
         Ok(Self {
             rule,
             key: pipeline(gpu, shader!("ssfr/smooth_key")),
             along: counted_pipeline(gpu, shader!("ssfr/smooth_along"), definitions, TAPS),
             square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), definitions, TAPS),
+            coarse_square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), &coarse, TAPS),
         })
     }
 
@@ -185,15 +206,21 @@ impl Smoothing {
             bindings
         };
         let mut current = other.clone();
-        for pass in width.passes() {
+        let spacing_px = images.spacing_per_radius * images.most_radius_px;
+        let [width_px, height_px] = images.front.size();
+        let coarse = width.coarse_clean_up(spacing_px, width_px.max(height_px));
+        let passes = width.passes().map(|pass| ("ssfr.smooth_along", &self.along, pass));
+        for (name, pipeline, pass) in
+            passes.chain(coarse.map(|pass| ("ssfr.smooth_square", &self.coarse_square, pass)))
+        {
             let mut bindings = common(recorder, pass, current);
             bindings.push(("smoothed", next.clone()));
-            recorder.compute(gpu, "ssfr.smooth_along", &self.along, &bindings, lines);
+            recorder.compute(gpu, name, pipeline, &bindings, lines);
             current = next.clone();
             std::mem::swap(&mut next, &mut other);
         }
         let mut bindings = common(recorder, width.clean_up(), current);
-        bindings.push(("distance", images.target.bind()));
+        bindings.push(("smoothed", images.target.bind()));
         recorder.compute(gpu, "ssfr.smooth_square", &self.square, &bindings, lines);
     }
 }

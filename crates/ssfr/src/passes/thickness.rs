@@ -186,8 +186,7 @@ impl ThicknessPasses {
             ],
             pixels,
         );
-        let most_half_px = sets.iter().map(|set| set.most_half_px).fold(0.0, f32::max);
-        let is_even = params.thickness.is_even(common.spacing_per_radius, most_half_px);
+        let is_even = params.thickness.is_even(common.spacing_per_radius, common.most_radius_px);
         let smooth: &[ComputePipeline] = if is_even { &self.smooth } else { &self.smooth_wide };
         let mut current = reduced.resolved.bind();
         for (pipeline, smoothed) in smooth.iter().zip(reduced.smoothed.iter().cycle()) {

@@ -31,7 +31,10 @@ pub(super) fn smooth(
     for line in width.passes() {
         keys = source.each(&keys, |pixel, center| pass.along(&keys, pixel, center, line));
     }
-    keys = source.each(&keys, |pixel, center| pass.square(&keys, pixel, center));
+    // As many as any picture takes: where the pattern is finer they leave pixels alone.
+    for most_gap in [4096, 1024, 256, 64, 16, 4, 1] {
+        keys = source.each(&keys, |pixel, center| pass.square(&keys, pixel, center, most_gap));
+    }
     source.image(keys.iter().map(|key| key.map(|key| source.distance(key))))
 }
 
@@ -73,14 +76,17 @@ impl Pass<'_> {
         self.moved(keys, pixel, center, pairs)
     }
 
-    fn square(&self, keys: &Values, pixel: usize, center: f64) -> f64 {
+    /// The clean-up with taps at most so far apart.
+    fn square(&self, keys: &Values, pixel: usize, center: f64, most_gap: i64) -> f64 {
         let (lines, sigma) = sigmas(self.source, self.width, pixel, self.source.distance(center));
         let last = self.width.clean_up();
         let reach = REACH * WIDENED * lines * f64::from(last.share).sqrt();
         let most = f64::from(last.most_taps);
         let period = step_of(reach, 0.75 * most) as i64;
-        let gap = (period / 4).max(1).min(self.source.room(pixel, 0).min(self.source.room(pixel, 1)) / 2);
-        if sigma < LEAST_SIGMA_PX || gap < 1 {
+        let room = self.source.room(pixel, 0).min(self.source.room(pixel, 1));
+        let gap = (period / 4).max(1).min(most_gap).min(room / 2);
+        let is_last = most_gap == 1;
+        if sigma < LEAST_SIGMA_PX || gap < 1 || (!is_last && period <= most_gap) {
             return center;
         }
         let gaps = 1.0 - odd_weight(reach, most);
