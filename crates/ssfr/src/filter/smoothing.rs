@@ -67,10 +67,10 @@ impl Width {
     pub fn coarse_clean_up(&self, spacing_px: f32, side_px: u32) -> impl Iterator<Item = LinePass> {
         let last = self.clean_up();
         let reach_px = REACH_PER_SIGMA * self.sigma * spacing_px * last.share.sqrt();
-        // As `pattern_of` of `shaders/ssfr/smoothing.inc.wgsl`, but for rounding up to a power of two.
+        // As `pattern_of` of `shaders/ssfr/smoothing.inc.wgsl`, but for rounding up to a power of two, which gaps are.
         let period = reach_px / (0.75 * last.most_taps);
         let gaps = (1..=6).map(|level| 4_i32.pow(level));
-        let needed = gaps.filter(move |&gap| 2.0 * period > gap as f32 && gap <= side_px as i32 / 4);
+        let needed = gaps.filter(move |&gap| period > gap as f32 && gap <= side_px as i32 / 4);
         let passes: Vec<_> = needed.map(|most_gap| LinePass { most_gap, ..last }).collect();
         passes.into_iter().rev()
     }
