@@ -114,7 +114,7 @@ pub enum Command {
 /// What to read and how; shared by all commands that read.
 #[derive(Clone, Debug, Args)]
 pub struct InputArgs {
-    /// A .vtk, .vtu, .vtp, .bgeo or .ply file, a .pvd or .series, a directory, a quoted glob, or a pattern like frame_%04d.vtu.
+    /// A .vtk, .vtu, .vtp, .bgeo, .ply, .csv or .xyz file, a .pvd or .series, a directory, a quoted glob, or a pattern like frame_%04d.vtu.
     pub input: PathBuf,
 
     /// Distance between neighbouring particles, in the file's unit [default: from mass and density, else estimated].

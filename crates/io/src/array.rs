@@ -10,7 +10,7 @@ use meniscus_core::Cancel;
 use crate::Error;
 use crate::codec::base64::{self, Scratch};
 use crate::codec::blocks::{BlockTable, Compressor};
-use crate::codec::text;
+use crate::codec::text::{self, Separators};
 use crate::error::Fault;
 use crate::input_file::{Bytes, InputFile};
 use crate::scalar::ScalarType;
@@ -35,6 +35,7 @@ pub(crate) struct Columns {
     /// Numbers in a row of the table.
     pub per_row: usize,
     pub first: usize,
+    pub separators: Separators,
 }
 
 /// An array of a file, not yet read.
@@ -161,7 +162,7 @@ impl DataArray {
                 };
                 let pieces: Cow<'_, [text::Piece]> = match pieces {
                     Some(pieces) => pieces.into(),
-                    None => text::find(bytes, usize::MAX)?.into(),
+                    None => text::find(bytes, usize::MAX, Separators::Blanks)?.into(),
                 };
                 let found: usize = pieces.iter().map(|piece| piece.count).sum();
                 if found != len {

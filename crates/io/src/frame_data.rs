@@ -54,6 +54,11 @@ pub(crate) struct FrameData {
 const ID_NAMES: [&str; 9] =
     ["id", "ids", "idp", "particle_id", "particleid", "particle_ids", "globalids", "global_ids", "origid"];
 
+/// Whether an attribute of this name has the identities of particles.
+pub(crate) fn is_id(name: &str) -> bool {
+    ID_NAMES.iter().any(|known| name.eq_ignore_ascii_case(known))
+}
+
 impl FrameData {
     /// Opens the files of `step`. Files whose cells are all faces are left out if others hold particles.
     pub fn open(step: &TimeStep, mode: IoMode, cancel: &Cancel) -> Result<Self, Error> {
@@ -136,11 +141,7 @@ impl FrameData {
 
     /// The attribute that identifies particles.
     pub fn id_attribute(&self) -> Option<&AttributeInfo> {
-        self.attributes.iter().find(|a| {
-            a.components == 1
-                && a.ty.is_integer()
-                && ID_NAMES.iter().any(|name| a.name.eq_ignore_ascii_case(name))
-        })
+        self.attributes.iter().find(|a| a.components == 1 && a.ty.is_integer() && is_id(&a.name))
     }
 
     /// Whether coordinates are in text, of which no part can be found without looking at all before it.

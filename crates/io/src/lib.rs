@@ -1,4 +1,4 @@
-//! Readers for particle files (VTK, `.bgeo`, `.ply`) and their series, and a small writer.
+//! Readers for particle files (VTK, `.bgeo`, `.ply`, tables in text) and their series, and a small writer.
 //!
 //! [`Series::open`] takes what users have: a file, a `.pvd` or `.series` file, a folder, a glob or a pattern. Files are
 //! memory-mapped or read in blocks; only positions, identities and the attributes asked for are decoded, straight to the type

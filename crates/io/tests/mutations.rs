@@ -94,6 +94,7 @@ fn damaged_files_are_survived() {
         ("bgeo", records::gzip(&records::bgeo(8))),
         ("ply", records::ply(8, PLY_FORMATS[0], "\n")),
         ("ply", records::ply(8, PLY_FORMATS[1], "\n")),
+        ("csv", records::table(8, "id,x,y,z,u,v,w\n", ",")),
         ("pvd", b"<VTKFile type='Collection'><Collection><DataSet timestep='1' file='a.vtu'/></Collection></VTKFile>".to_vec()),
         ("series", br#"{"file-series-version":"1.0","files":[{"name":"a.vtu","time":0.5}]}"#.to_vec()),
     ];

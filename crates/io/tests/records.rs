@@ -1,4 +1,4 @@
-//! `.bgeo` and `.ply`: all attributes of a point beside one another.
+//! `.bgeo`, `.ply` and tables: all attributes of a point beside one another.
 
 mod common;
 
@@ -28,7 +28,8 @@ fn open(path: &Path, options: &SeriesOptions) -> Result<(FrameInfo, SetFrame), E
 /// Compares what was read with the points that the identities say; gives how many there are.
 fn check_points(name: &str, frame: &SetFrame) -> usize {
     let water = &frame.sets[0].particles;
-    let find = |name: &str| water.attributes.iter().find(|a| a.name == name).map(|a| &a.values);
+    let find =
+        |name: &str| water.attributes.iter().find(|a| a.name.eq_ignore_ascii_case(name)).map(|a| &a.values);
     let velocity = find("velocity").or_else(|| find("vel")).expect("a velocity");
     let (life, density, red) = (find("life"), find("density"), find("red"));
     for (at, id) in water.ids.iter().enumerate() {
@@ -58,12 +59,31 @@ fn every_form_is_read_alike_mapped_or_not_whole_or_thinned() {
         files.push((format, records::ply(COUNT, format, "\n")));
     }
     files.push(("windows.ply", records::ply(COUNT, "binary_little_endian", "\r\n")));
+    let tables = [
+        (
+            "paraview.csv",
+            "\"Id\",\"Points:0\",\"Points:1\",\"Points:2\",\"vel:0\",\"vel:1\",\"vel:2\"\n",
+            ",",
+        ),
+        (
+            "dualsphysics.csv",
+            "Idp;Pos.x [m];Pos.y [m];Pos.z [m];Vel.x [m/s];Vel.y [m/s];Vel.z [m/s];\n",
+            " ; ",
+        ),
+        ("numpy.txt", "# made for a test\n#id x y z vel_x vel_y vel_z\n", " "),
+    ];
+    files.extend(tables.map(|(name, header, between)| (name, records::table(COUNT, header, between))));
     for (name, bytes) in files {
+        let is_table = name.contains(".csv") || name.contains(".txt");
         let path = put(folder.path(), name, bytes);
         for io in [IoMode::Map, IoMode::Read] {
             let options = SeriesOptions { io_mode: io, keep_others: true, ..SeriesOptions::default() };
             let (info, frame) = open(&path, &options).unwrap_or_else(|e| panic!("{name}: {e}"));
-            assert_eq!((info.points, info.point_type), (COUNT, Some("Float32")), "{name}");
+            assert_eq!(
+                (info.points, info.point_type),
+                (COUNT, Some(if is_table { "Float64" } else { "Float32" })),
+                "{name}"
+            );
             assert_eq!(check_points(name, &frame), COUNT, "{name}");
             let (_, frame) = open(&path, &SeriesOptions { every: Some(7), ..options }).expect(name);
             let taken = check_points(name, &frame);
@@ -96,6 +116,61 @@ fn numbered_files_are_a_series_packed_or_not() {
     assert_eq!(points, [9, 10, 11]);
     let packed = Series::open(&folder.path().join("*.bgeo.gz"), &SeriesOptions::default()).expect("a glob");
     assert_eq!(packed.frame_info(0, false).expect("reads").points, 1);
+}
+
+/// What is in the first frame of a file with this text: points, sums of the coordinates, and names of the other columns.
+fn table(text: &str) -> Result<(usize, [f64; 3], Vec<String>), String> {
+    let folder = tempfile::tempdir().expect("a folder");
+    let (info, _) =
+        open(&put(folder.path(), "a.txt", text), &SeriesOptions::default()).map_err(|e| e.to_string())?;
+    let sums = info.centroid.expect("a point").map(|mean| mean * info.points as f64);
+    Ok((info.points, sums, info.attributes.into_iter().map(|a| a.name).collect()))
+}
+
+#[test]
+fn tables_of_every_kind() {
+    let expected =
+        |names: &[&str]| Ok((2, [5.0, 7.0, 9.0], names.iter().map(|&n| n.to_owned()).collect::<Vec<_>>()));
+    assert_eq!(table("1 2 3\n4 5 6"), expected(&[]));
+    assert_eq!(table("\n1,2,3\r\n\r\n4,5,6\r\n"), expected(&[]));
+    assert_eq!(table("2\nwater at rest\nO 1 2 3\nO 4 5 6\n"), expected(&[]), "an .xyz file");
+    assert_eq!(table("X\tY\tZ\tT (K)\n1\t2\t3\t280\n4\t5\t6\tnan\n"), expected(&["T"]));
+    assert_eq!(table("7 1 2 3 1e3\n8 4 5 6 1e3\n"), expected(&["id", "column 5"]), "rows that are counted");
+    assert_eq!(
+        table("7 1 2 3\n9 4 5 6\n"),
+        Ok((2, [16.0, 5.0, 7.0], vec!["column 4".into()])),
+        "and that are not"
+    );
+    assert_eq!(table("m,x,y,z,name\n0.5,1,2,3,a\n0.5,4,5,6,b\n"), expected(&["m"]), "words are left out");
+}
+
+#[test]
+fn tables_that_do_not_fit_are_refused() {
+    for (text, expected) in [
+        ("1 2 3\n4 5 6\n7 8\n", "the line at byte 12: a row of 2 values, expected 3"),
+        ("x,y,z\n1,2,3\n4,,6\n", "the line at byte 12: a row of 2 values, expected 3"),
+        ("2\n8 12 12\n1 2 3 4 5 6\n", "a row of 6 values, expected 3"),
+        ("x,y,w\n1,2,3\n", "expected columns called x, y, z, one after another; found [\"x\", \"y\", \"w\"]"),
+        ("1 2 3\n4 5 six\n", "\"six\", expected a number"),
+        ("1,5;2,5;3,5\n", "neither a VTK file"),
+        ("1,5 2,5 3,5\n", "neither a VTK file"),
+        ("a\nb\nc\n1 2 3\n", "neither a VTK file"),
+        ("1 2 3 \0\n", "neither a VTK file"),
+    ] {
+        let error = table(text).expect_err(text);
+        assert!(error.contains(expected), "{text:?}: {error}");
+    }
+}
+
+#[test]
+fn a_log_beside_particles_is_not_taken_for_them() {
+    let folder = tempfile::tempdir().expect("a folder");
+    put(folder.path(), "water.bgeo", records::bgeo(9));
+    for number in 0..3 {
+        put(folder.path(), &format!("fluid_gauge_{number}.csv"), "t,x,y,z\n0,1,2,3\n");
+    }
+    let series = Series::open(folder.path(), &SeriesOptions::default()).expect("a series");
+    assert_eq!(series.frame_info(0, false).expect("reads").points, 9);
 }
 
 #[test]

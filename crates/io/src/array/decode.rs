@@ -9,7 +9,7 @@ use super::{CheckedArray, Columns, Content, Data, Stream, check};
 use crate::Error;
 use crate::codec::base64::{self, Scratch};
 use crate::codec::blocks::{BlockTable, Compressor, Inflater};
-use crate::codec::text;
+use crate::codec::text::{self, Separators};
 use crate::input_file::Bytes;
 use crate::scalar::{Convert, ScalarType};
 use crate::sink::{self, Sink};
@@ -326,7 +326,7 @@ impl CheckedArray<'_> {
                 binary.clear();
                 let mut ty = self.array.ty;
                 let there = piece.text(text, scratch)?;
-                let (mut tokens, mut at) = (text::tokens(there), piece.first);
+                let (mut tokens, mut at) = (text::tokens(there, table.columns.separators), piece.first);
                 for i in first..first + out.len() {
                     let wanted = table.token_of(i);
                     // They were there when they were counted; somebody may have written to the file since.
@@ -351,7 +351,7 @@ impl CheckedArray<'_> {
 
     fn columns(&self) -> Table {
         let components = self.array.components;
-        let all = Columns { per_row: components, first: 0 };
+        let all = Columns { per_row: components, first: 0, separators: Separators::Blanks };
         let Content::Text { columns, .. } = &self.array.content else {
             return Table { components, columns: all };
         };
@@ -396,13 +396,13 @@ struct Table {
 impl Table {
     /// How many values stand before number `token` of the text.
     fn values_before(self, token: usize) -> usize {
-        let Columns { per_row, first } = self.columns;
+        let Columns { per_row, first, .. } = self.columns;
         token / per_row * self.components + (token % per_row).saturating_sub(first).min(self.components)
     }
 
     /// The number in the text that is value `value`.
     fn token_of(self, value: usize) -> usize {
-        let Columns { per_row, first } = self.columns;
+        let Columns { per_row, first, .. } = self.columns;
         value / self.components * per_row + first + value % self.components
     }
 }

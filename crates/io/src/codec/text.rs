@@ -21,9 +21,24 @@ fn is_blank(byte: u8) -> bool {
     byte == b' ' || byte.wrapping_sub(b'\t') < 5
 }
 
-/// Splits at blanks.
-pub(crate) fn tokens(text: &[u8]) -> impl Iterator<Item = &[u8]> {
-    text.split(|&b| is_blank(b)).filter(|token| !token.is_empty())
+/// What stands between numbers.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(crate) enum Separators {
+    Blanks,
+    /// Commas as well, or semicolons.
+    Marks(u8),
+}
+
+impl Separators {
+    fn test(self) -> impl Fn(u8) -> bool + Copy {
+        move |byte| is_blank(byte) || matches!(self, Self::Marks(mark) if byte == mark)
+    }
+}
+
+/// Splits at separators.
+pub(crate) fn tokens(text: &[u8], separators: Separators) -> impl Iterator<Item = &[u8]> {
+    let is_between = separators.test();
+    text.split(move |&b| is_between(b)).filter(|token| !token.is_empty())
 }
 
 /// A stretch of text, the number of tokens that start in it, and the index of the first of them.
@@ -42,7 +57,19 @@ impl Piece {
 }
 
 /// Finds the first `wanted` tokens of `text`: pieces that hold as many, or all where there are fewer.
-pub(crate) fn find(text: &Bytes, wanted: usize) -> Result<Vec<Piece>, Error> {
+pub(crate) fn find(text: &Bytes, wanted: usize, separators: Separators) -> Result<Vec<Piece>, Error> {
+    // Compiled once for each: counting is bound by the test.
+    match separators {
+        Separators::Blanks => find_between(text, wanted, is_blank),
+        Separators::Marks(_) => find_between(text, wanted, separators.test()),
+    }
+}
+
+fn find_between(
+    text: &Bytes,
+    wanted: usize,
+    is_between: impl Fn(u8) -> bool + Copy + Sync,
+) -> Result<Vec<Piece>, Error> {
     let mut pieces: Vec<Piece> = Vec::new();
     let (mut first, mut at) = (0, 0);
     while at < text.len() && first < wanted {
@@ -52,7 +79,9 @@ pub(crate) fn find(text: &Bytes, wanted: usize) -> Result<Vec<Piece>, Error> {
         let found: Vec<Piece> = (at..end)
             .into_par_iter()
             .step_by(PIECE)
-            .map_init(Vec::new, |scratch, start| count(text, start..end.min(start + PIECE), scratch))
+            .map_init(Vec::new, |scratch, start| {
+                count(text, start..end.min(start + PIECE), scratch, is_between)
+            })
             .collect::<Result<_, _>>()?;
         for mut piece in found {
             if first < wanted && piece.count > 0 {
@@ -68,12 +97,17 @@ pub(crate) fn find(text: &Bytes, wanted: usize) -> Result<Vec<Piece>, Error> {
 }
 
 /// The piece of the tokens that start in `range`, its place among the others left open.
-fn count(text: &Bytes, range: Range<usize>, scratch: &mut Vec<u8>) -> Result<Piece, Error> {
+fn count(
+    text: &Bytes,
+    range: Range<usize>,
+    scratch: &mut Vec<u8>,
+    is_blank: impl Fn(u8) -> bool + Copy,
+) -> Result<Piece, Error> {
     // A byte more tells whether the first one goes on with a token of the piece before.
     let ahead = usize::from(range.start > 0);
     let bytes = text.get_up_to(range.start - ahead..range.end, scratch)?;
     let leading = usize::from(ahead == 0 && bytes.first().is_some_and(|&byte| !is_blank(byte)));
-    let count = leading + starts(bytes);
+    let count = leading + starts(bytes, is_blank);
     let start = if leading == 1 {
         0
     } else {
@@ -84,7 +118,7 @@ fn count(text: &Bytes, range: Range<usize>, scratch: &mut Vec<u8>) -> Result<Pie
 }
 
 /// How many bytes of `text` start a token behind a blank.
-fn starts(text: &[u8]) -> usize {
+fn starts(text: &[u8], is_blank: impl Fn(u8) -> bool + Copy) -> usize {
     let next = text.get(1..).unwrap_or_default();
     // Sums of bytes, which cannot overflow in 255 steps, are what processors add up many at a time.
     let of_block = |(before, here): (&[u8], &[u8])| {
@@ -99,10 +133,45 @@ pub(crate) fn end_of(text: &Bytes, pieces: &[Piece]) -> Result<usize, Error> {
     let Some(piece) = pieces.last() else { return Ok(0) };
     let mut scratch = Vec::new();
     let there = piece.text(text, &mut scratch)?;
-    let end = tokens(there)
+    let end = tokens(there, Separators::Blanks)
         .nth(piece.count - 1)
         .map_or(there.len(), |token| token.as_ptr().addr() - there.as_ptr().addr() + token.len());
     Ok(piece.range.start + end)
+}
+
+/// A row of a table that has another number of tokens than the others, and where it starts.
+pub(crate) struct OddRow {
+    pub start: usize,
+    pub found: usize,
+}
+
+/// Counts the rows of a table, lines that are not blank, each of which must have `per_row` tokens.
+pub(crate) fn count_rows(
+    text: &Bytes,
+    per_row: usize,
+    separators: Separators,
+) -> Result<Result<usize, OddRow>, Error> {
+    let (mut rows, mut at, mut scratch) = (0, 0, Vec::new());
+    while at < text.len() {
+        let there = text.get_up_to(at..at + PIECE, &mut scratch)?;
+        // Whole lines; the last one may have no end, and one that is longer than a piece is none of a table.
+        let is_last = at + there.len() == text.len();
+        let end = if is_last { there.len() } else { memchr::memrchr(b'\n', there).map_or(0, |end| end + 1) };
+        if end == 0 {
+            return Ok(Err(OddRow { start: at, found: tokens(there, separators).count() }));
+        }
+        let mut start = 0;
+        for line in there[..end].split(|byte| *byte == b'\n') {
+            match tokens(line, separators).count() {
+                0 => {}
+                found if found == per_row => rows += 1,
+                found => return Ok(Err(OddRow { start: at + start, found })),
+            }
+            start += line.len() + 1;
+        }
+        at += end;
+    }
+    Ok(Ok(rows))
 }
 
 /// A number as people and programs write it: also `+1`, `1.`, `.5`, `nan`, `-inf`, and Windows' `1.#QNAN`.
@@ -160,14 +229,14 @@ mod tests {
         // Numbers of every length, so that the cuts fall into them.
         let text: String = (0..200_000).map(|i| format!("{i}{}", [" ", "\n\t", "  "][i % 3])).collect();
         let text = bytes(&text);
-        let pieces = find(&text, usize::MAX).expect("in memory");
+        let pieces = find(&text, usize::MAX, Separators::Blanks).expect("in memory");
         assert!(pieces.len() > 2, "the text must be cut for this test to mean anything");
         let mut expected = 0;
         for piece in &pieces {
             assert_eq!(piece.first, expected);
             let mut scratch = Vec::new();
             let there = piece.text(&text, &mut scratch).expect("in memory");
-            for token in tokens(there).take(piece.count) {
+            for token in tokens(there, Separators::Blanks).take(piece.count) {
                 assert_eq!(token, expected.to_string().as_bytes());
                 expected += 1;
             }
@@ -179,18 +248,18 @@ mod tests {
     fn tokens_are_found_exactly() {
         let text = bytes(" a  bb\nccc");
         let found = |wanted| {
-            let pieces = find(&text, wanted).expect("in memory");
+            let pieces = find(&text, wanted, Separators::Blanks).expect("in memory");
             let count: usize = pieces.iter().map(|piece| piece.count).sum();
             (count, end_of(&text, &pieces).expect("in memory"))
         };
         assert_eq!([0, 1, 2, 3, 4].map(found), [(0, 0), (1, 2), (2, 6), (3, 10), (3, 10)]);
-        assert!(find(&bytes(" \n "), 1).expect("in memory").is_empty());
+        assert!(find(&bytes(" \n "), 1, Separators::Blanks).expect("in memory").is_empty());
     }
 
     #[test]
     fn a_token_across_the_end_of_what_is_counted_at_once_is_whole() {
         let text = bytes(&format!("{}12345 6", " ".repeat(MAX_TOKEN - 2)));
-        let pieces = find(&text, 1).expect("in memory");
+        let pieces = find(&text, 1, Separators::Blanks).expect("in memory");
         assert_eq!(end_of(&text, &pieces).expect("in memory"), MAX_TOKEN + 3);
     }
 }

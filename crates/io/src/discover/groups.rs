@@ -5,7 +5,7 @@ use meniscus_core::Choice;
 
 use super::{Found, TimeStep, file, gaps, names};
 use crate::Error;
-use crate::format::{EXPECTED, PARTICLE_FILES};
+use crate::format::{EXPECTED, PARTICLE_FILES, TABLES};
 
 /// Words in a name that say that it holds the liquid, and that it holds something else.
 const LIQUID_WORDS: [&str; 3] = ["fluid", "water", "liquid"];
@@ -31,7 +31,11 @@ impl Candidate {
             .iter()
             .flat_map(|step| &step.files)
             .any(|file| names::extension(file).starts_with("pv"));
-        (hint, parallel, self.steps.len(), self.collection, !several_parts)
+        // Logs and measurements are tables, too.
+        let is_file =
+            |step: &TimeStep| step.files.iter().all(|f| !TABLES.contains(&names::extension(f).as_str()));
+        let particles = self.steps.iter().all(is_file);
+        (particles, hint, parallel, self.steps.len(), self.collection, !several_parts)
     }
 
     fn describe(&self) -> String {

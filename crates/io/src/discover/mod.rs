@@ -56,7 +56,7 @@ fn file(path: &Path) -> Result<Found, Error> {
             _ => vec![TimeStep { time: None, files: vec![path.to_owned()] }],
         },
         // Of packed files only those with points are read.
-        Format::Xml | Format::Legacy | Format::Bgeo | Format::Ply | Format::Gzip => {
+        Format::Xml | Format::Legacy | Format::Bgeo | Format::Ply | Format::Table | Format::Gzip => {
             vec![TimeStep { time: None, files: vec![path.to_owned()] }]
         }
     };

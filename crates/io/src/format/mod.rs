@@ -5,6 +5,8 @@ mod gzip;
 pub(crate) mod legacy;
 pub(crate) mod parallel;
 pub(crate) mod ply;
+mod table;
+mod vectors;
 pub(crate) mod xml;
 
 use std::path::{Path, PathBuf};
@@ -23,15 +25,21 @@ pub(crate) enum Format {
     SeriesJson,
     Bgeo,
     Ply,
+    Table,
     /// Packed, a `.bgeo` file perhaps.
     Gzip,
 }
 
 /// Extensions of particle files, without those of lists of series.
-pub(crate) const PARTICLE_FILES: [&str; 7] = ["vtk", "vtu", "vtp", "pvtu", "pvtp", "bgeo", "ply"];
+pub(crate) const PARTICLE_FILES: [&str; 9] =
+    ["vtk", "vtu", "vtp", "pvtu", "pvtp", "bgeo", "ply", TABLES[0], TABLES[1]];
+
+/// Those that hold something else as often.
+pub(crate) const TABLES: [&str; 2] = ["csv", "xyz"];
 
 /// What is read, for messages.
-pub(crate) const EXPECTED: &str = ".vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd, .series, .bgeo or .ply";
+pub(crate) const EXPECTED: &str =
+    ".vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd, .series, .bgeo, .ply, or a table of x, y, z in text: .csv, .xyz";
 
 /// What is in a file.
 pub(crate) enum Content {
@@ -51,6 +59,7 @@ impl Content {
             Format::Bgeo => Self::Points(bgeo::parse(&file)?),
             Format::Gzip => Self::Points(bgeo::parse(&gzip::unpack(&file)?)?),
             Format::Ply => Self::Points(ply::parse(&file)?),
+            Format::Table => Self::Points(table::parse(&file)?),
             Format::Xml => match xml::parse(&file)? {
                 Document::Dataset(dataset) => Self::Points(dataset),
                 Document::Parallel(sources) => Self::Pieces(sources),
@@ -72,7 +81,8 @@ impl Format {
         };
         let mut place = Forward::new(file, 0);
         skip_mark(&mut place)?;
-        match place.peek(64)? {
+        let head: Vec<u8> = place.peek(64)?.iter().copied().take(64).collect();
+        match &head[..] {
             [] => Err(Error::malformed(
                 file.path(),
                 "byte 0",
@@ -91,7 +101,8 @@ impl Format {
                 "HDF5 (.vtkhdf), which is not read; write it as .vtu or .vtp, for example with ParaView",
             ),
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => unsupported("UTF-16 text; save it as UTF-8"),
-            _ => unsupported("neither a VTK file, legacy or XML, nor .bgeo or .ply"),
+            _ if table::is_table(&mut place)? => Ok(Self::Table),
+            _ => unsupported("neither a VTK file, legacy or XML, nor .bgeo, .ply or a table"),
         }
     }
 }

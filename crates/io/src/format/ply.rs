@@ -1,13 +1,13 @@
 //! `.ply` files (Turk 1994), text or binary: the vertices are the points, their properties attributes.
 
 use std::fmt::Display;
-use std::ops::Range;
 
 use crate::Error;
 use crate::array::{Columns, Content, DataArray};
-use crate::codec::text;
+use crate::codec::text::{self, Separators};
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::format::records;
+use crate::format::vectors::{Group, Property, groups};
 use crate::forward::Forward;
 use crate::input_file::{Bytes, InputFile};
 use crate::scalar::ScalarType;
@@ -19,11 +19,6 @@ const MAX_LINE: usize = 4096;
 enum Encoding {
     Text,
     Binary { big: bool },
-}
-
-struct Property {
-    name: String,
-    ty: ScalarType,
 }
 
 /// What the header says.
@@ -164,38 +159,6 @@ fn scalar_type(name: &str) -> Option<ScalarType> {
     })
 }
 
-/// Properties that make one array.
-struct Group {
-    name: String,
-    members: Range<usize>,
-}
-
-/// The properties as arrays: three in a row of one type that differ in a last x, y, z are a vector, called by what they have in
-/// common: the position by nothing.
-fn groups(properties: &[Property]) -> Vec<Group> {
-    let mut groups = Vec::new();
-    let mut at = 0;
-    while at < properties.len() {
-        let vector = vector_at(&properties[at..]);
-        let length = if vector.is_some() { 3 } else { 1 };
-        let name = vector.unwrap_or_else(|| properties[at].name.clone());
-        groups.push(Group { name, members: at..at + length });
-        at += length;
-    }
-    groups
-}
-
-/// The name of the vector that `properties` begin with, if they do.
-fn vector_at(properties: &[Property]) -> Option<String> {
-    let [x, y, z, ..] = properties else { return None };
-    let stem = x.name.strip_suffix(['x', 'X'])?;
-    let is_next = |property: &Property, letters: [char; 2]| {
-        property.ty == x.ty && property.name.strip_suffix(letters) == Some(stem)
-    };
-    (is_next(y, ['y', 'Y']) && is_next(z, ['z', 'Z']))
-        .then(|| stem.trim_end_matches(['_', '.', '-']).to_owned())
-}
-
 /// Where the values of all properties are.
 enum Contents {
     Text { bytes: Bytes, pieces: Vec<text::Piece> },
@@ -219,7 +182,8 @@ impl Contents {
                 let rest = Bytes::of(file, start..file.len());
                 // Every number takes a byte and a blank.
                 let wanted = points.checked_mul(properties.len()).filter(|&wanted| wanted <= rest.len());
-                let pieces = wanted.map_or(Ok(Vec::new()), |wanted| text::find(&rest, wanted))?;
+                let pieces =
+                    wanted.map_or(Ok(Vec::new()), |wanted| text::find(&rest, wanted, Separators::Blanks))?;
                 let found: usize = pieces.iter().map(|piece| piece.count).sum();
                 if Some(found) != wanted {
                     let columns = properties.len();
@@ -241,7 +205,7 @@ impl Contents {
                 bytes: bytes.clone(),
                 unit_colours: false,
                 pieces: Some(pieces.clone()),
-                columns: Some(Columns { per_row: properties.len(), first }),
+                columns: Some(Columns { per_row: properties.len(), first, separators: Separators::Blanks }),
             },
             Self::Binary { records, stride, big } => Content::Records {
                 bytes: records.clone(),

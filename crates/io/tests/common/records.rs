@@ -100,3 +100,15 @@ pub fn ply(count: usize, format: &str, end: &str) -> Vec<u8> {
     file.extend(if format == "ascii" { b"3 0 1 2\n".to_vec() } else { vec![0; 13] });
     file
 }
+
+/// A table of `count` points: `header`, and rows of identity, position and velocity with `between` between their values.
+pub fn table(count: usize, header: &str, between: &str) -> Vec<u8> {
+    let mut file = header.to_owned();
+    for i in 0..count {
+        let mut values = vec![id(i).to_string()];
+        values.extend(point(i).iter().chain(&velocity(i)).map(f32::to_string));
+        file += &values.join(between);
+        file.push('\n');
+    }
+    file.into_bytes()
+}

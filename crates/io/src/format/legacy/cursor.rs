@@ -3,7 +3,7 @@ use std::str::FromStr;
 
 use crate::Error;
 use crate::array::{Content, DataArray};
-use crate::codec::text;
+use crate::codec::text::{self, Separators};
 use crate::forward::Forward;
 use crate::input_file::{Bytes, InputFile};
 use crate::scalar::ScalarType;
@@ -154,7 +154,7 @@ impl<'a> Cursor<'a> {
         if values > rest.len() {
             return Ok(None);
         }
-        let pieces = text::find(&rest, values)?;
+        let pieces = text::find(&rest, values, Separators::Blanks)?;
         if pieces.iter().map(|piece| piece.count).sum::<usize>() < values {
             return Ok(None);
         }
