@@ -134,6 +134,12 @@ fn tables_of_every_kind() {
     assert_eq!(table("1 2 3\n4 5 6"), expected(&[]));
     assert_eq!(table("\n1,2,3\r\n\r\n4,5,6\r\n"), expected(&[]));
     assert_eq!(table("2\nwater at rest\nO 1 2 3\nO 4 5 6\n"), expected(&[]), "an .xyz file");
+    assert_eq!(
+        table("2\nstill water, at rest\nO 1 2 3\nO 4 5 6\n"),
+        expected(&[]),
+        "with a title as long as a row"
+    );
+    assert_eq!(table("\u{feff}x,y,z\n1,2,3\n4,5,6\n"), expected(&[]), "behind a byte order mark");
     assert_eq!(table("X\tY\tZ\tT (K)\n1\t2\t3\t280\n4\t5\t6\tnan\n"), expected(&["T"]));
     assert_eq!(table("7 1 2 3 1e3\n8 4 5 6 1e3\n"), expected(&["id", "column 5"]), "rows that are counted");
     assert_eq!(
@@ -213,6 +219,7 @@ fn faults_name_the_place_and_what_to_do() {
             "expected vertices with the properties x, y, z",
         ),
         ("vertices", ply("vertex 3", "vertex 4000"), "4000 vertices of 9 numbers are declared"),
+        ("short row", ply("0 1000 0 1 0", "0 1000 0 1"), "a row of 8 values, expected 9"),
         ("overflow", ply("vertex 3", "vertex 18446744073709551615"), "of 9 numbers are declared"),
         ("no count", ply("vertex 3", "vertex many"), "expected a number of elements, found \"many\""),
         ("list", ply("property uchar red", "property list uchar int n"), "vertices with lists as properties"),

@@ -145,14 +145,15 @@ pub(crate) struct OddRow {
     pub found: usize,
 }
 
-/// Counts the rows of a table, lines that are not blank, each of which must have `per_row` tokens.
+/// Counts the rows of a table, lines that are not blank, the first `most` at most; each must have `per_row` tokens.
 pub(crate) fn count_rows(
     text: &Bytes,
     per_row: usize,
+    most: usize,
     separators: Separators,
 ) -> Result<Result<usize, OddRow>, Error> {
     let (mut rows, mut at, mut scratch) = (0, 0, Vec::new());
-    while at < text.len() {
+    while at < text.len() && rows < most {
         let there = text.get_up_to(at..at + PIECE, &mut scratch)?;
         // Whole lines; the last one may have no end, and one that is longer than a piece is none of a table.
         let is_last = at + there.len() == text.len();
@@ -163,6 +164,7 @@ pub(crate) fn count_rows(
         let mut start = 0;
         for line in there[..end].split(|byte| *byte == b'\n') {
             match tokens(line, separators).count() {
+                _ if rows == most => break,
                 0 => {}
                 found if found == per_row => rows += 1,
                 found => return Ok(Err(OddRow { start: at + start, found })),

@@ -11,6 +11,7 @@ pub(crate) mod xml;
 
 use std::path::{Path, PathBuf};
 
+use crate::codec::text::OddRow;
 use crate::dataset::Dataset;
 use crate::format::xml::Document;
 use crate::forward::Forward;
@@ -126,6 +127,15 @@ pub(crate) fn records(file: &InputFile, start: usize, count: usize, stride: usiz
         Error::malformed(file.path(), format_args!("byte {start}"), message)
     })?;
     Ok(Bytes::of(file, start..start + length))
+}
+
+/// What is wrong with a row of a table that starts at byte `start` of `file`, of `per_row` values.
+fn odd_row(file: &InputFile, start: usize, per_row: usize, odd: &OddRow) -> Error {
+    let message = format_args!(
+        "a row of {} values, expected {per_row}; every row needs all of them, without empty fields",
+        odd.found
+    );
+    Error::malformed(file.path(), format_args!("the line at byte {}", start + odd.start), message)
 }
 
 /// The file that a list in `folder` calls `name`. Lists written on Windows have backslashes, which elsewhere are letters like

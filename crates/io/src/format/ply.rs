@@ -6,8 +6,8 @@ use crate::Error;
 use crate::array::{Columns, Content, DataArray};
 use crate::codec::text::{self, Separators};
 use crate::dataset::{Cells, Dataset, Piece};
-use crate::format::records;
 use crate::format::vectors::{Group, Property, groups};
+use crate::format::{odd_row, records};
 use crate::forward::Forward;
 use crate::input_file::{Bytes, InputFile};
 use crate::scalar::ScalarType;
@@ -193,6 +193,9 @@ impl Contents {
                     );
                     return Err(Error::malformed(file.path(), format_args!("byte {start}"), message));
                 }
+                // What is missing from a row would be taken from the next one, and at last from the faces.
+                text::count_rows(&rest, properties.len(), points, Separators::Blanks)?
+                    .map_err(|odd| odd_row(file, start, properties.len(), &odd))?;
                 Ok(Self::Text { bytes: rest, pieces })
             }
         }

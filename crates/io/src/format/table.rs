@@ -6,6 +6,7 @@ use crate::array::{Columns, Content, DataArray};
 use crate::codec::text::{self, Separators};
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::format::vectors::{Property, groups};
+use crate::format::{odd_row, skip_mark};
 use crate::forward::Forward;
 use crate::frame_data::is_id;
 use crate::input_file::{Bytes, InputFile};
@@ -38,22 +39,14 @@ pub(crate) fn is_table(place: &mut Forward<'_>) -> Result<bool, Error> {
 /// Finds the points and attributes of `file`, which is a table.
 pub(crate) fn parse(file: &InputFile) -> Result<Dataset, Error> {
     let mut place = Forward::new(file, 0);
+    skip_mark(&mut place)?;
     let at_start = |message: &str| Error::malformed(file.path(), "byte 0", message);
     let layout =
         Layout::find(&mut place)?.ok_or_else(|| at_start("expected rows of three numbers or more"))?;
     let bytes = Bytes::of(file, layout.start..file.len());
     let per_row = layout.columns.len();
-    let points = match text::count_rows(&bytes, per_row, layout.separators)? {
-        Ok(points) => points,
-        Err(text::OddRow { start, found }) => {
-            let place = format_args!("the line at byte {}", layout.start + start);
-            let message = format_args!(
-                "a row of {found} values, expected {per_row} as in the first one; every row needs all of them, without \
-                 empty fields"
-            );
-            return Err(Error::malformed(file.path(), place, message));
-        }
-    };
+    let points = text::count_rows(&bytes, per_row, usize::MAX, layout.separators)?
+        .map_err(|odd| odd_row(file, layout.start, per_row, &odd))?;
     let pieces = text::find(&bytes, points.saturating_mul(per_row), layout.separators)?;
     let names = || layout.columns.iter().map(|column| column.0.as_str()).collect::<Vec<_>>();
     let mut arrays = layout.arrays(points, &bytes, &pieces);
@@ -84,7 +77,8 @@ impl Layout {
             return Ok(None);
         }
         let mut names = None;
-        let (mut start, mut others) = (0, 0);
+        // A line after a count is a title.
+        let (mut start, mut others, mut is_counted) = (0, 0, false);
         while start < head.len() {
             let length = memchr::memchr(b'\n', &head[start..]).unwrap_or(head.len() - start);
             let line = String::from_utf8_lossy(&head[start..start + length]).into_owned();
@@ -111,8 +105,9 @@ impl Layout {
             if others > MOST_LINES {
                 return Ok(None);
             }
+            is_counted |= others == 1 && text.parse::<u64>().is_ok();
             if !text.is_empty() {
-                names = Some(column_names(comment.unwrap_or(text)));
+                names = Some(column_names(comment.unwrap_or(text))).filter(|_| !is_counted);
             }
             start += length + 1;
         }
