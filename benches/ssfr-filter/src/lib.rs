@@ -58,6 +58,7 @@ struct Surface {
     steps: [Texture<FilterStep>; 2],
     scratch: [Buffer<Scratch>; 2],
     spacing_per_radius: f32,
+    most_radius_px: f32,
 }
 
 impl Surface {
@@ -70,16 +71,20 @@ impl Surface {
         let covered = [&[covered.len() as u32][..], &covered].concat();
         let sphere = |d: &f32| [*d, if *d < NO_SURFACE { space.radius as f32 } else { 0.0 }];
         let front: Vec<_> = distance.iter().map(sphere).collect();
+        let camera = CameraUniform::new(&view.camera(), size);
+        let nearest = distance.iter().copied().fold(NO_SURFACE, f32::min);
+        let per_world = camera.px_per_world_at_one / if camera.orthographic == 0 { nearest } else { 1.0 };
         let step = || Texture::new(gpu, size).expect("a texture of the picture's size");
         let scratch = || Buffer::new(gpu, scratch_len(size)).expect("a buffer of the picture's size");
         Self {
-            camera: CameraUniform::new(&view.camera(), size),
+            camera,
             front: Texture::from_texels(gpu, size, &front).expect("the nearest spheres"),
             target: Texture::from_texels(gpu, size, &vec![NO_SURFACE; distance.len()]).expect("the result"),
             covered: Buffer::from_slice(gpu, &covered).expect("the list of covered pixels"),
             steps: [step(), step()],
             scratch: [scratch(), scratch()],
             spacing_per_radius: (space.spacing / space.radius) as f32,
+            most_radius_px: space.radius as f32 * per_world,
         }
     }
 
@@ -97,6 +102,7 @@ impl Surface {
             steps: [&self.steps[0], &self.steps[1]],
             scratch: [&self.scratch[0], &self.scratch[1]],
             spacing_per_radius: self.spacing_per_radius,
+            most_radius_px: self.most_radius_px,
         };
         filter.record(recorder, gpu, &camera, &images);
     }
