@@ -4,6 +4,7 @@ mod decode;
 
 use std::borrow::Cow;
 use std::ops::Range;
+use std::sync::Arc;
 
 use meniscus_core::Cancel;
 
@@ -24,7 +25,7 @@ pub(crate) enum Content {
     Records { bytes: Bytes, stride: usize, offset: usize, big: bool },
     /// Numbers in text. `unit_colours`: fractions that stand for 0 to 255 (legacy `COLOR_SCALARS`). `pieces`: where they are,
     /// when who found the array had to count them anyway. `columns`: those of a table that are the array, when not all are.
-    Text { bytes: Bytes, unit_colours: bool, pieces: Option<Vec<text::Piece>>, columns: Option<Columns> },
+    Text { bytes: Bytes, unit_colours: bool, pieces: Option<Arc<[text::Piece]>>, columns: Option<Columns> },
     /// VTK XML: a size word or a block table, then the data. `bytes` may run on behind the array.
     Framed { bytes: Bytes, base64: bool, compressor: Option<Compressor>, wide_header: bool, big: bool },
 }
@@ -161,7 +162,7 @@ impl DataArray {
                     ));
                 };
                 let pieces: Cow<'_, [text::Piece]> = match pieces {
-                    Some(pieces) => pieces.into(),
+                    Some(pieces) => Cow::Borrowed(pieces),
                     None => text::find(bytes, usize::MAX, Separators::Blanks)?.into(),
                 };
                 let found: usize = pieces.iter().map(|piece| piece.count).sum();

@@ -179,6 +179,31 @@ fn a_log_beside_particles_is_not_taken_for_them() {
     assert_eq!(series.frame_info(0, false).expect("reads").points, 9);
 }
 
+/// Looking at all properties for each would take minutes.
+#[test]
+fn very_many_properties_are_no_bomb() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let more: String = (0..200_000).map(|i| format!("property uchar p{i}\n")).collect();
+    let header = |format: &str, more: &str| {
+        format!(
+            "ply\nformat {format} 1.0\nelement vertex 1\nproperty float x\nproperty float y\nproperty float z\n{more}end_header\n"
+        )
+    };
+    let binary = [header("binary_big_endian", &more).into_bytes(), vec![0; 12], vec![7; 200_000]].concat();
+    let series =
+        Series::open(&put(folder.path(), "a.ply", binary), &SeriesOptions::default()).expect("opens");
+    let info = series.frame_info(0, true).expect("reads");
+    assert_eq!(info.attributes.len(), 200_000);
+    assert_eq!(info.attributes[199_999].max, Some(vec![Some(7.0)]));
+    let row = |count: usize| vec!["1"; count].join(" ");
+    let text = header("ascii", &more) + &row(200_003);
+    let error = open(&put(folder.path(), "b.ply", text), &SeriesOptions::default()).expect_err("too many");
+    assert!(error.to_string().contains("200003 properties in text, more than 1000"), "{error}");
+    let error = table(&row(1001)).expect_err("too many");
+    assert!(error.contains("neither a VTK file"), "{error}");
+    assert_eq!(table(&row(1000)).map(|found| found.0), Ok(1));
+}
+
 #[test]
 fn faults_name_the_place_and_what_to_do() {
     let bgeo = records::bgeo(10);

@@ -42,6 +42,10 @@ pub(crate) const TABLES: [&str; 2] = ["csv", "xyz"];
 pub(crate) const EXPECTED: &str =
     ".vtk, .vtu, .vtp, .pvtu, .pvtp, .pvd, .series, .bgeo, .ply, or a table of x, y, z in text: .csv, .xyz";
 
+/// Most numbers beside one another in a row of text. To find those of one column all are counted, so that reading all columns takes
+/// the square of their number; particles have some dozens.
+const MOST_COLUMNS: usize = 1000;
+
 /// What is in a file.
 pub(crate) enum Content {
     Points(Dataset),

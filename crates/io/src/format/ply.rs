@@ -1,13 +1,14 @@
 //! `.ply` files (Turk 1994), text or binary: the vertices are the points, their properties attributes.
 
 use std::fmt::Display;
+use std::sync::Arc;
 
 use crate::Error;
 use crate::array::{Columns, Content, DataArray};
 use crate::codec::text::{self, Separators};
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::format::vectors::{Group, Property, groups};
-use crate::format::{odd_row, records};
+use crate::format::{MOST_COLUMNS, odd_row, records};
 use crate::forward::Forward;
 use crate::input_file::{Bytes, InputFile};
 use crate::scalar::ScalarType;
@@ -49,16 +50,18 @@ pub(crate) fn parse(file: &InputFile) -> Result<Dataset, Error> {
         ))
     })?;
     let contents = Contents::find(file, start, encoding, points, &header.properties)?;
-    let mut arrays: Vec<DataArray> = groups
-        .into_iter()
-        .map(|Group { name, members }| DataArray {
+    let mut arrays = Vec::with_capacity(groups.len());
+    let mut offset = 0;
+    for Group { name, members } in groups {
+        arrays.push(DataArray {
             name,
             components: members.len(),
             tuples: points,
             ty: header.properties[members.start].ty,
-            content: contents.of(members.start, &header.properties),
-        })
-        .collect();
+            content: contents.of(members.start, offset, header.properties.len()),
+        });
+        offset += size_of(&header.properties[members]);
+    }
     let positions = arrays.remove(positions);
     let piece = Piece {
         file: file.clone(),
@@ -161,7 +164,7 @@ fn scalar_type(name: &str) -> Option<ScalarType> {
 
 /// Where the values of all properties are.
 enum Contents {
-    Text { bytes: Bytes, pieces: Vec<text::Piece> },
+    Text { bytes: Bytes, pieces: Arc<[text::Piece]> },
     Binary { records: Bytes, stride: usize, big: bool },
 }
 
@@ -179,6 +182,13 @@ impl Contents {
                 Ok(Self::Binary { records: records(file, start, points, stride)?, stride, big })
             }
             Encoding::Text => {
+                if properties.len() > MOST_COLUMNS {
+                    let message = format_args!(
+                        "{} properties in text, more than {MOST_COLUMNS}; write it in binary",
+                        properties.len()
+                    );
+                    return Err(Error::unsupported(file.path(), message));
+                }
                 let rest = Bytes::of(file, start..file.len());
                 // Every number takes a byte and a blank.
                 let wanted = points.checked_mul(properties.len()).filter(|&wanted| wanted <= rest.len());
@@ -196,26 +206,23 @@ impl Contents {
                 // What is missing from a row would be taken from the next one, and at last from the faces.
                 text::count_rows(&rest, properties.len(), points, Separators::Blanks)?
                     .map_err(|odd| odd_row(file, start, properties.len(), &odd))?;
-                Ok(Self::Text { bytes: rest, pieces })
+                Ok(Self::Text { bytes: rest, pieces: pieces.into() })
             }
         }
     }
 
-    /// The content of the array that starts with property `first`.
-    fn of(&self, first: usize, properties: &[Property]) -> Content {
+    /// The content of the array that starts with property `first` of `count`, which is `offset` bytes into a binary record.
+    fn of(&self, first: usize, offset: usize, count: usize) -> Content {
         match self {
             Self::Text { bytes, pieces } => Content::Text {
                 bytes: bytes.clone(),
                 unit_colours: false,
                 pieces: Some(pieces.clone()),
-                columns: Some(Columns { per_row: properties.len(), first, separators: Separators::Blanks }),
+                columns: Some(Columns { per_row: count, first, separators: Separators::Blanks }),
             },
-            Self::Binary { records, stride, big } => Content::Records {
-                bytes: records.clone(),
-                stride: *stride,
-                offset: size_of(&properties[..first]),
-                big: *big,
-            },
+            Self::Binary { records, stride, big } => {
+                Content::Records { bytes: records.clone(), stride: *stride, offset, big: *big }
+            }
         }
     }
 }

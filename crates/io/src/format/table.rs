@@ -1,12 +1,14 @@
 //! Tables in text, a point a line: `.xyz`, `.csv` and the like, with or without a line of names. ParaView, DualSPHysics and many
 //! scripts write them.
 
+use std::sync::Arc;
+
 use crate::Error;
 use crate::array::{Columns, Content, DataArray};
 use crate::codec::text::{self, Separators};
 use crate::dataset::{Cells, Dataset, Piece};
 use crate::format::vectors::{Property, groups};
-use crate::format::{odd_row, skip_mark};
+use crate::format::{MOST_COLUMNS, odd_row, skip_mark};
 use crate::forward::Forward;
 use crate::frame_data::is_id;
 use crate::input_file::{Bytes, InputFile};
@@ -47,7 +49,8 @@ pub(crate) fn parse(file: &InputFile) -> Result<Dataset, Error> {
     let per_row = layout.columns.len();
     let points = text::count_rows(&bytes, per_row, usize::MAX, layout.separators)?
         .map_err(|odd| odd_row(file, layout.start, per_row, &odd))?;
-    let pieces = text::find(&bytes, points.saturating_mul(per_row), layout.separators)?;
+    let pieces: Arc<[text::Piece]> =
+        text::find(&bytes, points.saturating_mul(per_row), layout.separators)?.into();
     let names = || layout.columns.iter().map(|column| column.0.as_str()).collect::<Vec<_>>();
     let mut arrays = layout.arrays(points, &bytes, &pieces);
     let is_position = |array: &DataArray| {
@@ -87,7 +90,7 @@ impl Layout {
             let is_number: Vec<bool> = row.iter().map(|token| text::parse_f64(token).is_some()).collect();
             if is_number.iter().filter(|is| **is).count() >= 3 {
                 // With commas in numbers there are more values than fields.
-                if fields(&line).count() != row.len() {
+                if fields(&line).count() != row.len() || row.len() > MOST_COLUMNS {
                     return Ok(None);
                 }
                 let next = head.get(start + length + 1..).unwrap_or_default();
@@ -115,7 +118,7 @@ impl Layout {
     }
 
     /// One array for each number, and for three that make a vector.
-    fn arrays(&self, points: usize, bytes: &Bytes, pieces: &[text::Piece]) -> Vec<DataArray> {
+    fn arrays(&self, points: usize, bytes: &Bytes, pieces: &Arc<[text::Piece]>) -> Vec<DataArray> {
         let properties: Vec<Property> = self
             .columns
             .iter()
@@ -134,7 +137,7 @@ impl Layout {
                 content: Content::Text {
                     bytes: bytes.clone(),
                     unit_colours: false,
-                    pieces: Some(pieces.to_vec()),
+                    pieces: Some(pieces.clone()),
                     columns: Some(Columns {
                         per_row: self.columns.len(),
                         first: group.members.start,

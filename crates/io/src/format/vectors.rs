@@ -43,6 +43,31 @@ fn vector_at(properties: &[Property]) -> Option<String> {
         let first = stems.next()??;
         stems.all(|stem| stem == Some(first)).then_some(first)
     })?;
+    // Longer lists of numbered properties are none, nor is what comes later in one: 10, 11, 12.
+    let is_in_list = stem.ends_with(|last: char| last.is_ascii_digit())
+        || properties.get(3).is_some_and(|next| next.name.strip_suffix('3') == Some(stem));
     let is_one_type = three.iter().all(|property| property.ty == three[0].ty);
-    is_one_type.then(|| stem.trim_end_matches(['_', '.', '-', ':', ' ']).to_owned())
+    (is_one_type && !is_in_list).then(|| stem.trim_end_matches(['_', '.', '-', ':', ' ']).to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn vectors_are_told_by_their_names() {
+        let names_of = |names: &[&str]| -> Vec<String> {
+            let property = |name: &&str| Property { name: (*name).into(), ty: ScalarType::F32 };
+            let properties: Vec<Property> = names.iter().map(property).collect();
+            groups(&properties)
+                .into_iter()
+                .map(|group| format!("{}/{}", group.name, group.members.len()))
+                .collect()
+        };
+        assert_eq!(names_of(&["x", "y", "z", "nx", "ny", "nz", "a"]), ["/3", "n/3", "a/1"]);
+        assert_eq!(names_of(&["Points:0", "Points:1", "Points:2"]), ["Points/3"]);
+        assert_eq!(names_of(&["x", "y", "w", "V_X", "V_Y"]), ["x/1", "y/1", "w/1", "V_X/1", "V_Y/1"]);
+        assert_eq!(names_of(&["c0", "c1", "c2", "c3"]), ["c0/1", "c1/1", "c2/1", "c3/1"]);
+        assert_eq!(names_of(&["c10", "c11", "c12"]), ["c10/1", "c11/1", "c12/1"]);
+    }
 }

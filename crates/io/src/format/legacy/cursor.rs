@@ -161,7 +161,7 @@ impl<'a> Cursor<'a> {
         let length = text::end_of(&rest, &pieces)?;
         self.place.advance(length);
         let bytes = Bytes::of(self.file(), start..start + length);
-        Ok(Some(Content::Text { bytes, unit_colours: false, pieces: Some(pieces), columns: None }))
+        Ok(Some(Content::Text { bytes, unit_colours: false, pieces: Some(pieces.into()), columns: None }))
     }
 
     /// Steps over `count` strings, in text one to a line, in binary each behind its length.
