@@ -5,7 +5,7 @@ use std::path::Path;
 use meniscus_core::Cancel;
 
 use crate::array::{CheckedArray, DataArray};
-use crate::format::{Content, parallel};
+use crate::format::{Opened, parallel};
 use crate::input_file::InputFile;
 use crate::scalar::{ToF64, ToU64};
 use crate::{Error, IoMode};
@@ -145,10 +145,10 @@ pub(crate) struct Dataset {
 impl Dataset {
     /// Finds the arrays of the file at `path`; follows the pieces of parallel files.
     pub fn open(path: &Path, mode: IoMode) -> Result<Self, Error> {
-        match Content::open(path, mode)? {
-            Content::Points(dataset) => Ok(dataset),
-            Content::Pieces(sources) => parallel::open_pieces(path, &sources, mode),
-            Content::Series => {
+        match Opened::at(path, mode)? {
+            Opened::Points(dataset) => Ok(dataset),
+            Opened::Pieces(sources) => parallel::open_pieces(path, &sources, mode),
+            Opened::Series => {
                 Err(Error::unsupported(path, "a list of a series inside another series; give it on its own"))
             }
         }

@@ -157,6 +157,8 @@ fn tables_that_do_not_fit_are_refused() {
         ("x,y,z\n1,2,3\n4,,6\n", "the line at byte 12: a row of 2 values, expected 3"),
         ("2\n8 12 12\n1 2 3 4 5 6\n", "a row of 6 values, expected 3"),
         ("x,y,w\n1,2,3\n", "expected columns called x, y, z, one after another; found [\"x\", \"y\", \"w\"]"),
+        // Nobody knows which of them are x, y, z.
+        ("\"t, s\",x,y,z\n0,1,2,3\n", "5 names [\"t\", \"s\", \"x\", \"y\", \"z\"] for rows of 4 values"),
         ("1 2 3\n4 5 six\n", "\"six\", expected a number"),
         ("1,5;2,5;3,5\n", "neither a VTK file"),
         ("1,5 2,5 3,5\n", "neither a VTK file"),

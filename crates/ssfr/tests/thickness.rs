@@ -133,13 +133,17 @@ fn close_ups_have_no_mesh() {
     let near = lattice::cuboid([-1.0, -1.0, -2.4], [10, 20, 4], spacing, 0.0, 1);
     let far = lattice::cuboid([-1.5, -1.5, -5.0], [30, 30, 24], spacing, 0.0, 1);
     let positions = [near.positions, far.positions].concat();
-    for (fovy, step) in [(1.0, 2.0), (0.5, 4.0)] {
+    for (fovy, apart) in [(1.0, 2.0), (0.5, 5.0)] {
         // Large enough to leave no holes.
         let scene = Scene::new(perspective(0.0, fovy), [400, 400], &positions, 0.08, spacing);
         let thickness = scene.render(&gpu, &params("none", 1, 1.0)).thickness;
         let px_per_world = 200.0 / (0.5 * fovy).tan();
-        let taps = (2.5 * px_per_world * 0.1 / 2.0_f32 / 24.0).ceil();
-        assert!((taps - step).abs() < 1.5, "{fovy}: taps {taps} apart");
+        let sigma_px = px_per_world * spacing / 2.0;
+        assert_eq!(
+            (2.5 * sigma_px / 24.0_f32).ceil(),
+            apart,
+            "{fovy}: taps of water in front, two units away"
+        );
         let rows = (20..380).step_by(7).map(|y| &thickness[y * 400..][..400]);
         let off = rows.flat_map(|row| {
             // Fourth differences: waves of two samples are in them sixteen times, smooth changes hardly. Not across the silhouette.

@@ -1,10 +1,10 @@
 //! File formats: what a file is by its first bytes, and where its arrays lie.
 
-pub(crate) mod bgeo;
+mod bgeo;
 mod gzip;
 pub(crate) mod legacy;
 pub(crate) mod parallel;
-pub(crate) mod ply;
+mod ply;
 mod table;
 mod vectors;
 pub(crate) mod xml;
@@ -46,8 +46,8 @@ pub(crate) const EXPECTED: &str =
 /// the square of their number; particles have some dozens.
 const MOST_COLUMNS: usize = 1000;
 
-/// What is in a file.
-pub(crate) enum Content {
+/// What was found in a file.
+pub(crate) enum Opened {
     Points(Dataset),
     /// Names of files that have the points, relative to its folder.
     Pieces(Vec<String>),
@@ -55,9 +55,9 @@ pub(crate) enum Content {
     Series,
 }
 
-impl Content {
+impl Opened {
     /// Finds what is in the file at `path`.
-    pub fn open(path: &Path, mode: IoMode) -> Result<Self, Error> {
+    pub fn at(path: &Path, mode: IoMode) -> Result<Self, Error> {
         let file = InputFile::open(path, mode)?;
         Ok(match Format::sniff(&file)? {
             Format::Legacy => Self::Points(legacy::parse(&file)?),

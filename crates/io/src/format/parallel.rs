@@ -3,7 +3,7 @@
 use std::path::Path;
 
 use crate::dataset::Dataset;
-use crate::format::{Content, listed};
+use crate::format::{Opened, listed};
 use crate::{Error, IoMode};
 
 /// Opens the pieces that `file` names, relative to its folder.
@@ -12,9 +12,9 @@ pub(crate) fn open_pieces(file: &Path, sources: &[String], mode: IoMode) -> Resu
     let mut whole = Dataset::default();
     for (i, source) in sources.iter().enumerate() {
         let path = listed(folder, source);
-        let piece = Content::open(&path, mode).and_then(|content| match content {
-            Content::Points(dataset) => Ok(dataset),
-            Content::Pieces(_) | Content::Series => {
+        let piece = Opened::at(&path, mode).and_then(|content| match content {
+            Opened::Points(dataset) => Ok(dataset),
+            Opened::Pieces(_) | Opened::Series => {
                 Err(Error::unsupported(&path, "a list of files where a piece with points is expected"))
             }
         });

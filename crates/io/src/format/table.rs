@@ -72,14 +72,16 @@ pub(crate) fn parse(file: &InputFile) -> Result<Dataset, Error> {
 }
 
 impl Layout {
+    /// `None` where `place` is the beginning of something else.
     fn find(place: &mut Forward<'_>) -> Result<Option<Self>, Error> {
-        let offset = place.position();
+        let (offset, path) = (place.position(), place.file().path().to_owned());
         let there = place.peek(HEAD)?;
         let head = &there[..there.len().min(HEAD)];
         if head.contains(&0) {
             return Ok(None);
         }
-        let mut names = None;
+        // And whether they stand in a comment, which may be anything.
+        let mut names: Option<(Vec<String>, bool)> = None;
         // A line after a count is a title.
         let (mut start, mut others, mut is_counted) = (0, 0, false);
         while start < head.len() {
@@ -96,9 +98,19 @@ impl Layout {
                 let next = head.get(start + length + 1..).unwrap_or_default();
                 let next = next.split(|byte| *byte == b'\n').next().unwrap_or_default();
                 let next: Vec<&[u8]> = text::tokens(next, separators).collect();
-                let names = names
-                    .filter(|names: &Vec<String>| names.len() == row.len())
-                    .unwrap_or_else(|| usual_names(&is_number, counts_up(&row, &next)));
+                let usual = || usual_names(&is_number, counts_up(&row, &next));
+                let names = match names {
+                    Some((names, _)) if names.len() == row.len() => names,
+                    Some((names, false)) => {
+                        let message = format_args!(
+                            "{} names {names:?} for rows of {} values; expected one for each, without commas and blanks",
+                            names.len(),
+                            row.len()
+                        );
+                        return Err(Error::malformed(&path, "the names of the columns", message));
+                    }
+                    _ => usual(),
+                };
                 let columns = std::iter::zip(names, is_number).collect();
                 return Ok(Some(Self { start: offset + start, separators, columns }));
             }
@@ -110,7 +122,8 @@ impl Layout {
             }
             is_counted |= others == 1 && text.parse::<u64>().is_ok();
             if !text.is_empty() {
-                names = Some(column_names(comment.unwrap_or(text))).filter(|_| !is_counted);
+                let found = column_names(comment.unwrap_or(text));
+                names = Some((found, comment.is_some())).filter(|_| !is_counted);
             }
             start += length + 1;
         }

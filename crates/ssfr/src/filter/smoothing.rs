@@ -70,7 +70,7 @@ impl Width {
         // As `pattern_of` of `shaders/ssfr/smoothing.inc.wgsl`, but for rounding up to a power of two, which gaps are.
         let period = reach_px / (0.75 * last.most_taps);
         let gaps = (1..=6).map(|level| 4_i32.pow(level));
-        let needed = gaps.filter(move |&gap| period > gap as f32 && gap <= side_px as i32 / 4);
+        let needed = gaps.filter(move |&gap| period > gap as f32 && gap.unsigned_abs() <= side_px / 4);
         let passes: Vec<_> = needed.map(|most_gap| LinePass { most_gap, ..last }).collect();
         passes.into_iter().rev()
     }

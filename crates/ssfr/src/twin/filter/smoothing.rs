@@ -31,8 +31,11 @@ pub(super) fn smooth(
     for line in width.passes() {
         keys = source.each(&keys, |pixel, center| pass.along(&keys, pixel, center, line));
     }
-    // As many as any picture takes: where the pattern is finer they leave pixels alone.
-    for most_gap in [4096, 1024, 256, 64, 16, 4, 1] {
+    // As many as a picture of this size may take: where the pattern is finer they leave pixels alone.
+    let [width_px, height_px] = source.view.size_px;
+    let side_px = width_px.max(height_px) as u32;
+    let coarse = width.coarse_clean_up(f32::INFINITY, side_px).map(|pass| pass.most_gap.into());
+    for most_gap in coarse.chain([1]) {
         keys = source.each(&keys, |pixel, center| pass.square(&keys, pixel, center, most_gap));
     }
     source.image(keys.iter().map(|key| key.map(|key| source.distance(key))))
