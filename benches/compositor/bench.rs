@@ -3,9 +3,9 @@
 
 use bench_views::{GpuTime, Pool, Stage};
 use criterion::{Criterion, criterion_group, criterion_main};
-use meniscus_compositor::{Compositor, CompositorParameters};
-use meniscus_gpu::role::{DisplayImage, Radiance};
-use meniscus_gpu::{Gpu, Image, Texture};
+use meniscus_compositor::{Compositor, CompositorParameters, Display};
+use meniscus_gpu::role::Radiance;
+use meniscus_gpu::{Gpu, Texture};
 
 /// The default of `render`, and what films are made in.
 const SIZES: [(&str, [u32; 2]); 2] = [("pool-720p", [1280, 720]), ("pool-1080p", [1920, 1080])];
@@ -45,8 +45,7 @@ fn compositor(criterion: &mut Criterion) {
                 ([pass, name], &[pass]),
                 pixels,
                 || {
-                    let display =
-                        Image::<DisplayImage>::new(time.gpu(), size).expect("an image of that size");
+                    let display = Display::new(time.gpu(), size).expect("an image of that size");
                     let mut compositor = Compositor::new(time.gpu(), &parameters).expect("the passes");
                     compositor.resize(time.gpu(), size).expect("room for the picture");
                     (compositor, radiance(time.gpu(), size), display)

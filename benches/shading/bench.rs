@@ -8,10 +8,10 @@ use criterion::{Criterion, criterion_group, criterion_main};
 use glam::Vec3;
 use meniscus_core::{Aabb, UpAxis};
 use meniscus_gpu::role::{
-    EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDepth, SceneDistance, Scratch, Sunlight,
-    SurfaceColor, Thickness, ViewNormal,
+    EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDepth, SceneDistance, Sunlight, SurfaceColor,
+    Thickness, ViewNormal,
 };
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, Image, Recorder, Texture, covered};
+use meniscus_gpu::{CameraUniform, Covered, Gpu, Image, Recorder, Texture};
 use meniscus_scene::Scene;
 use meniscus_shading::{
     Caustics, CausticsPass, CausticsScratch, LightingChoice, LightingInputs, LightingPass, LightingRegistry,
@@ -26,7 +26,7 @@ struct Studio {
     scene_color: Texture<SceneColor>,
     scene_distance: Texture<SceneDistance>,
     scene_depth: Texture<SceneDepth>,
-    covered: Buffer<Scratch>,
+    covered: Covered,
     distance: Texture<EyeDistance>,
     thickness: Texture<Thickness>,
     normal: Texture<ViewNormal>,
@@ -55,8 +55,7 @@ impl Studio {
             scene_color: Texture::new(gpu, size).expect(texture),
             scene_distance: Texture::new(gpu, size).expect(texture),
             scene_depth: Texture::new(gpu, size).expect(texture),
-            covered: Buffer::from_slice(gpu, &covered::list(size, |i| pool.distance[i] < NO_SURFACE))
-                .expect(image),
+            covered: Covered::of(gpu, size, |i| pool.distance[i] < NO_SURFACE).expect(image),
             distance: Texture::from_texels(gpu, size, &pool.distance).expect(image),
             thickness: Texture::from_texels(gpu, size, &pool.thickness).expect(image),
             normal: Texture::from_texels(gpu, size, &pool.normal).expect(image),

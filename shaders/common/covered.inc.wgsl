@@ -14,6 +14,17 @@ struct Filling {
     packed: array<u32>,
 }
 
+// Pixels per side of a tile.
+const TILE: u32 = 4u;
+
+// The tiles that show fluid, packed as pixels are.
+struct CoveredTiles {
+    count: u32,
+    // Of them together.
+    pixels: u32,
+    packed: array<u32>,
+}
+
 fn pack_pixel(at: vec2<u32>) -> u32 {
     return at.x | (at.y << 16u);
 }

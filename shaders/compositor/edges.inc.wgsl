@@ -14,6 +14,9 @@ struct Smoothing {
     // Brightness of a byte b of `meniscus::luma`, 0 to 1: scale * b + offset.
     luma_scale: f32,
     luma_offset: f32,
+    // Pixels from one row of the display image to the next.
+    row_px: u32,
+    pad: u32,
 }
 
 // Least contrast that is treated, absolute and relative to the brightest neighbour.

@@ -3,7 +3,8 @@
 #import meniscus::edges::{Edges, Smoothing}
 
 @group(0) @binding(0) var<uniform> smoothing: Smoothing;
-@group(0) @binding(1) var<storage, read> source: array<u32>;
+// Four neighbours of a row in a texel.
+@group(0) @binding(1) var source: texture_2d<u32>;
 @group(0) @binding(2) var lumas: texture_2d<u32>;
 @group(0) @binding(3) var<storage, read> edges: Edges;
 // Holds `source` already.
@@ -18,7 +19,7 @@ fn inside(pixel: vec2<i32>) -> vec2<u32> {
 
 fn at(pixel: vec2<i32>) -> vec4<f32> {
     let p = inside(pixel);
-    return unpack4x8unorm(source[p.y * smoothing.size_px.x + p.x]);
+    return unpack4x8unorm(textureLoad(source, vec2(p.x / 4u, p.y), 0)[p.x & 3u]);
 }
 
 // Brightness in bytes of `meniscus::luma`.
@@ -87,6 +88,6 @@ fn filtered(pixel: vec2<i32>) -> vec4<f32> {
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     for (var i = id.x; i < edges.count; i += groups.x * 64u) {
         let pixel = vec2(edges.packed[i] & 0xffffu, edges.packed[i] >> 16u);
-        smoothed[pixel.y * smoothing.size_px.x + pixel.x] = pack4x8unorm(filtered(vec2<i32>(pixel)));
+        smoothed[pixel.y * smoothing.row_px + pixel.x] = pack4x8unorm(filtered(vec2<i32>(pixel)));
     }
 }

@@ -1,8 +1,11 @@
 // Linear radiance to display colour: exposure, contrast, saturation, tone curve, sRGB transfer, 8 bits with dither. Compiled for
 // one curve, with or without contrast and anti-aliasing: software drivers run through both branches of a choice.
 //
-// Each invocation does four neighbours of a row, whose brightness is one word for anti-aliasing.
+// Four neighbours of a row are a texel of what is written, and their brightness is one word for anti-aliasing.
 #import meniscus::light::{MAX_RADIANCE, finite}
+#ifndef HARDWARE
+#import meniscus::picture::corner
+#endif
 #ifdef SMOOTHED
 #import meniscus::luma::luma_byte
 #endif
@@ -23,14 +26,8 @@ struct ToneMap {
 
 @group(0) @binding(0) var<uniform> tone: ToneMap;
 @group(0) @binding(1) var radiance: texture_2d<f32>;
-@group(0) @binding(2) var<storage, read_write> mapped: array<u32>;
-#ifdef SMOOTHED
-// The picture once more, for the pixels that anti-aliasing leaves as they are.
-@group(0) @binding(3) var<storage, read_write> display: array<u32>;
-@group(0) @binding(4) var lumas: texture_storage_2d<r32uint, write>;
-#endif
 #ifdef BLOOM
-@group(0) @binding(5) var bloom: texture_2d<f32>;
+@group(0) @binding(2) var bloom: texture_2d<f32>;
 #endif
 
 const MIDDLE_GREY: f32 = 0.18;
@@ -93,37 +90,82 @@ fn display_color(light: vec3<f32>) -> vec3<f32> {
     return srgb(clamp(color, vec3(0.0), vec3(1.0)));
 }
 
-@compute @workgroup_size(16, 4)
-fn main(@builtin(global_invocation_id) id: vec3<u32>) {
-    let first = 4u * id.x;
-    if first >= tone.size_px.x || id.y >= tone.size_px.y {
-        return;
-    }
-    let is_transparent = tone.transparent != 0u;
-    let row = id.y * tone.size_px.x;
-    var word = 0u;
-    for (var k = 0u; k < 4u; k++) {
-        // At the end of a row the last pixel is done again.
-        let x = min(first + k, tone.size_px.x - 1u);
-        let input = finite(textureLoad(radiance, vec2(x, id.y), 0));
-        var light = input.rgb * tone.gain;
-#ifdef BLOOM
-        light = mix(light, tone.white_balance * scattered(vec2(x, id.y)), tone.bloom);
-#endif
-        let color = display_color(light);
-        let alpha = select(1.0, min(input.a, 1.0), is_transparent);
-        // Interleaved gradient noise (Jimenez 2014) of one step hides the steps of smooth gradients.
-        let at = vec2<f32>(vec2(x, id.y) & vec2(1023u));
-        let dither = fract(52.9829189 * fract(dot(at, vec2(0.06711056, 0.00583715))));
-        let steps = vec3<u32>(min(255.0 * color + dither, vec3(255.0)));
-        let pixel = steps.r | (steps.g << 8u) | (steps.b << 16u) | (u32(255.0 * alpha + 0.5) << 24u);
-        mapped[row + x] = pixel;
+struct Target {
+    // Four pixels, red in the lowest byte.
+    @location(0) mapped: vec4<u32>,
 #ifdef SMOOTHED
-        display[row + x] = pixel;
-        word |= luma_byte(color, alpha, is_transparent) << (8u * k);
-#endif
-    }
-#ifdef SMOOTHED
-    textureStore(lumas, id.xy, vec4(word));
+    @location(1) lumas: u32,
 #endif
 }
+
+struct Mapped {
+    // Red in the lowest byte.
+    pixel: u32,
+    luma: u32,
+}
+
+fn mapped_pixel(at: vec2<u32>) -> Mapped {
+    // At the end of a row the last pixel is done again.
+    let pixel = vec2(min(at.x, tone.size_px.x - 1u), at.y);
+    let is_transparent = tone.transparent != 0u;
+    let input = finite(textureLoad(radiance, pixel, 0));
+    var light = input.rgb * tone.gain;
+#ifdef BLOOM
+    light = mix(light, tone.white_balance * scattered(pixel), tone.bloom);
+#endif
+    let color = display_color(light);
+    let alpha = select(1.0, min(input.a, 1.0), is_transparent);
+    // Interleaved gradient noise (Jimenez 2014) of one step hides the steps of smooth gradients.
+    let at_px = vec2<f32>(pixel & vec2(1023u));
+    let dither = fract(52.9829189 * fract(dot(at_px, vec2(0.06711056, 0.00583715))));
+    let steps = vec3<u32>(min(255.0 * color + dither, vec3(255.0)));
+    var mapped: Mapped;
+    mapped.pixel = steps.r | (steps.g << 8u) | (steps.b << 16u) | (u32(255.0 * alpha + 0.5) << 24u);
+#ifdef SMOOTHED
+    mapped.luma = luma_byte(color, alpha, is_transparent);
+#endif
+    return mapped;
+}
+
+fn mapped_at(texel: vec2<u32>) -> Target {
+    let first = vec2(4u * texel.x, texel.y);
+    let a = mapped_pixel(first);
+    let b = mapped_pixel(first + vec2(1u, 0u));
+    let c = mapped_pixel(first + vec2(2u, 0u));
+    let d = mapped_pixel(first + vec2(3u, 0u));
+    var four: Target;
+    four.mapped = vec4(a.pixel, b.pixel, c.pixel, d.pixel);
+#ifdef SMOOTHED
+    four.lumas = a.luma | (b.luma << 8u) | (c.luma << 16u) | (d.luma << 24u);
+#endif
+    return four;
+}
+
+#ifdef HARDWARE
+@group(0) @binding(3) var mapped: texture_storage_2d<rgba32uint, write>;
+#ifdef SMOOTHED
+@group(0) @binding(4) var lumas: texture_storage_2d<r32uint, write>;
+#endif
+
+@compute @workgroup_size(16, 4)
+fn main(@builtin(global_invocation_id) id: vec3<u32>) {
+    if any(id.xy >= textureDimensions(mapped)) {
+        return;
+    }
+    let four = mapped_at(id.xy);
+    textureStore(mapped, id.xy, four.mapped);
+#ifdef SMOOTHED
+    textureStore(lumas, id.xy, vec4(four.lumas));
+#endif
+}
+#else
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner(index);
+}
+
+@fragment
+fn fragment(@builtin(position) at_px: vec4<f32>) -> Target {
+    return mapped_at(vec2<u32>(at_px.xy));
+}
+#endif

@@ -1,11 +1,17 @@
 // The entry points of lighting models, which are modules `meniscus::model`: one over all pixels of the scene, and one over those
 // that show water. A software driver would run through the water's code for pixels without any as well.
 
+#ifdef HARDWARE
 #import meniscus::lighting_inputs::{camera, covered, radiance, shows_water}
 #import meniscus::covered::unpack_pixel
+#else
+#import meniscus::lighting_inputs::{camera, shows_water}
+#import meniscus::picture::corner
+#endif
 #ifdef WATER
 #import meniscus::model::water_radiance
 
+#ifdef HARDWARE
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let end = covered.count;
@@ -16,6 +22,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         }
     }
 }
+#else
+@fragment
+fn fragment(@builtin(position) at_px: vec4<f32>) -> @location(0) vec4<f32> {
+    let pixel = vec2<u32>(at_px.xy);
+    if !shows_water(pixel) {
+        discard;
+    }
+    return water_radiance(pixel);
+}
+#endif
 #else
 #import meniscus::model::scene_radiance
 #ifdef HARDWARE
@@ -28,16 +44,16 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>) {
     textureStore(radiance, id.xy, scene_radiance(id.xy));
 }
 #else
-#import meniscus::picture::corner
-
-@vertex
-fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
-    return corner(index);
-}
-
 @fragment
 fn fragment(@builtin(position) at_px: vec4<f32>) -> @location(0) vec4<f32> {
     return scene_radiance(vec2<u32>(at_px.xy));
 }
 #endif
+#endif
+#ifndef HARDWARE
+
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner(index);
+}
 #endif

@@ -123,7 +123,11 @@ fn background_over(px: vec2<f32>, footprint: Footprint, nearest_distance: f32, f
         let weight = select(0.0, select(bilinear.x * bilinear.y + 1e-4, 0.25, is_wide), behind);
         sum += weight * vec4(textureLoad(scene_color, at, 0).rgb, 1.0);
     }
+#ifdef OBJECTS
     return select(fallback, sum.rgb / max(sum.a, 1e-4), sum.a > 0.0);
+#else
+    return sum.rgb / sum.a;
+#endif
 }
 
 // Scene colour in the point `px`.

@@ -1,6 +1,10 @@
 // View-space normals from distances (algorithms.md 7). Along each axis the difference is taken on the side on which the
 // surface continues: where extrapolation from two pixels predicts this one best.
+#ifdef HARDWARE
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
+#else
+#import meniscus::picture::corner
+#endif
 #import meniscus::camera::{Camera, view_ray}
 #import meniscus::key::{key_of, is_gap, key_per_distance, GAP}
 #import meniscus::surface::pack_normal
@@ -9,8 +13,6 @@
 @group(0) @binding(1) var distance: texture_2d<f32>;
 // Its y: radii.
 @group(0) @binding(2) var front: texture_2d<f32>;
-@group(0) @binding(3) var normal: texture_storage_2d<r32uint, write>;
-@group(0) @binding(4) var<storage, read> covered: CoveredPixels;
 
 // Error, in radii, below which both sides count as the same surface and are averaged.
 const NOISE_RADII: f32 = 0.02;
@@ -51,7 +53,8 @@ fn slope(center: f32, at: i32, last: i32, pixel: vec2<i32>, stride: vec2<i32>, n
     return (after.difference * after.weight + before.difference * before.weight) / weight;
 }
 
-fn normal_at(id: vec2<u32>) {
+// Packed.
+fn normal_at(id: vec2<u32>) -> u32 {
     let pixel = vec2<i32>(id);
     let d = textureLoad(distance, pixel, 0).x;
     let is_parallel = camera.orthographic != 0u;
@@ -77,13 +80,29 @@ fn normal_at(id: vec2<u32>) {
     if cosine < GRAZING {
         n = normalize(n + (GRAZING - cosine) * to_eye);
     }
-    textureStore(normal, pixel, vec4(pack_normal(n)));
+    return pack_normal(n);
 }
+
+#ifdef HARDWARE
+@group(0) @binding(3) var<storage, read> covered: CoveredPixels;
+@group(0) @binding(4) var normal: texture_storage_2d<r32uint, write>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
     let end = covered.count;
     for (var i = id.x; i < end; i += groups.x * 64u) {
-        normal_at(unpack_pixel(covered.packed[i]));
+        let pixel = unpack_pixel(covered.packed[i]);
+        textureStore(normal, pixel, vec4(normal_at(pixel)));
     }
 }
+#else
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner(index);
+}
+
+@fragment
+fn fragment(@builtin(position) at_px: vec4<f32>) -> @location(0) u32 {
+    return normal_at(vec2<u32>(at_px.xy));
+}
+#endif

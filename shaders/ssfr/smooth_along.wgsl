@@ -2,10 +2,10 @@
 // then plain differences, and what the rule of the filter tests and averages. Four pixels of a line at a time: where their taps lie
 // side by side, each tap's sample serves all of them.
 #import meniscus::tally::count
-#import meniscus::covered::{CoveredPixels, unpack_pixel}
+#import meniscus::covered::{CoveredTiles, TILE, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::four::{PLACES, distances_of, smaller_steps, fronts_at, loads_at}
-#import meniscus::smoothing::{Smoothing, TILE, Taps, sigmas, taps_of, tap_weight, WIDENED}
+#import meniscus::smoothing::{Smoothing, Taps, sigmas, taps_of, tap_weight, WIDENED}
 #import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -14,7 +14,7 @@
 @group(0) @binding(2) var front: texture_2d<f32>;
 @group(0) @binding(3) var source: texture_2d<f32>;
 @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
-@group(0) @binding(5) var<storage, read> tiles: CoveredPixels;
+@group(0) @binding(5) var<storage, read> tiles: CoveredTiles;
 #ifdef ADAPTIVE
 @group(0) @binding(6) var<storage, read> complexity: array<f32>;
 #endif

@@ -3,10 +3,10 @@
 // pixels of a row at a time. In extreme close-ups, where the pattern is wider, passes with COARSE come before it, each with taps a
 // quarter as far apart as those of the one before: what repeats by four of its taps is gone after each.
 #import meniscus::tally::count
-#import meniscus::covered::{CoveredPixels, unpack_pixel}
+#import meniscus::covered::{CoveredTiles, TILE, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::four::{PLACES, distances_of, smaller_steps, fronts_at, loads_at}
-#import meniscus::smoothing::{Smoothing, TILE, sigmas, pattern_of, LEAST_SIGMA_PX}
+#import meniscus::smoothing::{Smoothing, sigmas, pattern_of, LEAST_SIGMA_PX}
 #import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -16,7 +16,7 @@
 @group(0) @binding(3) var source: texture_2d<f32>;
 // Distances; with COARSE keys.
 @group(0) @binding(4) var smoothed: texture_storage_2d<r32float, write>;
-@group(0) @binding(5) var<storage, read> tiles: CoveredPixels;
+@group(0) @binding(5) var<storage, read> tiles: CoveredTiles;
 #ifdef ADAPTIVE
 @group(0) @binding(6) var<storage, read> complexity: array<f32>;
 #endif

@@ -4,9 +4,6 @@
 // What the filters that average along rows and columns share: how wide, and at which taps. Four pixels beside each other at a time,
 // to which neighbours are common.
 
-// Pixels per side of the tiles that show fluid; the list of them is one as `CoveredPixels`, of tiles.
-const TILE: u32 = 4u;
-
 struct Smoothing {
     // Pixels per step along the direction of the pass: (1, 0) or (0, 1).
     direction: vec2<u32>,

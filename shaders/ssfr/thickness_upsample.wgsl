@@ -1,19 +1,22 @@
 // Joint upsampling of the reduced thickness: bilinear between the blocks that show the same surface as the pixel.
+#ifdef HARDWARE
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
+#else
+#import meniscus::picture::corner
+#endif
 #import meniscus::thickness::{Thickness, smoothed_block_of}
 
 @group(0) @binding(0) var<uniform> thickness: Thickness;
 @group(0) @binding(1) var front: texture_2d<f32>;
 @group(0) @binding(2) var smoothed: texture_2d<f32>;
-@group(0) @binding(3) var length_world: texture_storage_2d<r32float, write>;
-@group(0) @binding(4) var<storage, read> covered_pixels: CoveredPixels;
 
 // Distance, in radii, at which a block counts half as much.
 const SAME_SURFACE_RADII: f32 = 4.0;
 // What a block of another surface still counts, so that there is always an answer.
 const LEAST: f32 = 1e-4;
 
-fn upsample(id: vec2<u32>) {
+// World units along the ray.
+fn length_at(id: vec2<u32>) -> f32 {
     let own = textureLoad(front, id, 0);
     let corner = (vec2<f32>(id) + 0.5) / f32(thickness.scale) - 0.5;
     let base = floor(corner);
@@ -35,13 +38,29 @@ fn upsample(id: vec2<u32>) {
         }
     }
     // A surface is at least one step thick.
-    textureStore(length_world, id, vec4(max(total / max(weights, 1e-20), thickness.world_per_step)));
+    return max(total / max(weights, 1e-20), thickness.world_per_step);
 }
+
+#ifdef HARDWARE
+@group(0) @binding(3) var<storage, read> covered: CoveredPixels;
+@group(0) @binding(4) var length_world: texture_storage_2d<r32float, write>;
 
 @compute @workgroup_size(64)
 fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) groups: vec3<u32>) {
-    let end = covered_pixels.count;
+    let end = covered.count;
     for (var i = id.x; i < end; i += groups.x * 64u) {
-        upsample(unpack_pixel(covered_pixels.packed[i]));
+        let pixel = unpack_pixel(covered.packed[i]);
+        textureStore(length_world, pixel, vec4(length_at(pixel)));
     }
 }
+#else
+@vertex
+fn vertex(@builtin(vertex_index) index: u32) -> @builtin(position) vec4<f32> {
+    return corner(index);
+}
+
+@fragment
+fn fragment(@builtin(position) at_px: vec4<f32>) -> @location(0) f32 {
+    return length_at(vec2<u32>(at_px.xy));
+}
+#endif

@@ -1,7 +1,7 @@
 use bench_ssfr_splat::{Spheres, Splats};
 use meniscus_gpu::role::{NO_SURFACE, SceneDepth};
 use meniscus_gpu::{
-    CameraUniform, Gpu, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture, shader,
+    CameraUniform, DepthUse, Gpu, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture, shader,
 };
 
 const SHADER: Shader = Shader { name: "raster.triangles", source: include_str!("triangles.wgsl") };
@@ -20,7 +20,7 @@ impl TrianglePass {
             definitions: &[],
             vertex_buffers: &[],
             targets: &[],
-            depth: true,
+            depth: DepthUse::Scene,
         });
         Self(pipeline.expect("the pass"))
     }

@@ -17,7 +17,7 @@
 use bench_views::{GpuTime, Stage, View};
 use criterion::Criterion;
 use meniscus_gpu::role::{EyeDistance, FilterStep, FrontSphere, NO_SURFACE, Scratch};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture};
+use meniscus_gpu::{Buffer, CameraUniform, Covered, Gpu, Recorder, Texture};
 use meniscus_ssfr::filter::scratch_len;
 use meniscus_ssfr::{FilterChoice, FilterImages, FilterRegistry, SurfaceFilter};
 
@@ -54,7 +54,8 @@ struct Surface {
     camera: CameraUniform,
     front: Texture<FrontSphere>,
     target: Texture<EyeDistance>,
-    covered: Buffer<Scratch>,
+    covered: Covered,
+    covered_pixels: u64,
     steps: [Texture<FilterStep>; 2],
     scratch: [Buffer<Scratch>; 2],
     spacing_per_radius: f32,
@@ -65,10 +66,7 @@ impl Surface {
     fn new(gpu: &Gpu, view: &View) -> Self {
         let (size, space) = (view.size, view.space());
         let distance = view.splat();
-        let is_fluid = |i: &u32| distance[*i as usize] < NO_SURFACE;
-        let covered: Vec<u32> =
-            (0..size[0] * size[1]).filter(is_fluid).map(|i| (i % size[0]) | ((i / size[0]) << 16)).collect();
-        let covered = [&[covered.len() as u32][..], &covered].concat();
+        let is_fluid = |i: usize| distance[i] < NO_SURFACE;
         let sphere = |d: &f32| [*d, if *d < NO_SURFACE { space.radius as f32 } else { 0.0 }];
         let front: Vec<_> = distance.iter().map(sphere).collect();
         let camera = CameraUniform::new(&view.camera(), size);
@@ -80,7 +78,8 @@ impl Surface {
             camera,
             front: Texture::from_texels(gpu, size, &front).expect("the nearest spheres"),
             target: Texture::from_texels(gpu, size, &vec![NO_SURFACE; distance.len()]).expect("the result"),
-            covered: Buffer::from_slice(gpu, &covered).expect("the list of covered pixels"),
+            covered: Covered::of(gpu, size, is_fluid).expect("the list of covered pixels"),
+            covered_pixels: (0..distance.len()).filter(|&i| is_fluid(i)).count() as u64,
             steps: [step(), step()],
             scratch: [scratch(), scratch()],
             spacing_per_radius: (space.spacing / space.radius) as f32,
@@ -90,7 +89,7 @@ impl Surface {
 
     /// The list starts with its length.
     fn covered_pixels(&self) -> u64 {
-        self.covered.len() as u64 - 1
+        self.covered_pixels
     }
 
     fn record(&self, filter: &dyn SurfaceFilter, recorder: &mut Recorder, gpu: &Gpu) {

@@ -3,8 +3,8 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{BloomLevel, Radiance};
 use meniscus_gpu::{
-    Binding, Definition, Gpu, GpuError, HostField, HostStruct, RasterPipeline, RasterPipelineDescriptor,
-    Recorder, Shader, Texture, TextureRole, host_fields, shader, wgpu,
+    Binding, Definition, DepthUse, Gpu, GpuError, HostField, HostStruct, RasterPipeline,
+    RasterPipelineDescriptor, Recorder, Shader, Texture, TextureRole, host_fields, shader, wgpu,
 };
 
 use crate::compositor::INCLUDES;
@@ -98,7 +98,7 @@ impl Bloom {
                 definitions,
                 vertex_buffers: &[],
                 targets: &[BloomLevel::FORMAT],
-                depth: false,
+                depth: DepthUse::None,
             })
         };
         Ok(Self {

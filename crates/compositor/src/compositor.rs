@@ -1,17 +1,19 @@
 use bytemuck::{Pod, Zeroable};
 use glam::Vec3;
-use meniscus_gpu::role::{DisplayImage, Lumas, Radiance, Scratch};
+use meniscus_gpu::role::{FourPixels, Lumas, Radiance, Scratch, TextureRole};
 use meniscus_gpu::{
-    Binding, Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField,
-    HostStruct, Image, Recorder, Shader, Texture, covered, host_fields, shader,
+    Buffer, ComputePipeline, ComputePipelineDescriptor, Definition, Dispatch, Gpu, HostField, HostStruct,
+    PicturePipeline, PicturePipelineDescriptor, Pixels, Recorder, Shader, Texture, covered, host_fields,
+    shader,
 };
 
 use crate::bloom::{Bloom, BloomImages};
-use crate::{CompositorError, CompositorParameters, ToneCurve};
+use crate::{CompositorError, CompositorParameters, Display, ToneCurve};
 
 const TONE_MAP: Shader = shader!("compositor/tone_map");
 const FXAA_EDGES: Shader = shader!("compositor/fxaa_edges");
 const FXAA: Shader = shader!("compositor/fxaa");
+const TONE_MAP_PASS: &str = "compositor.tone_map";
 pub(crate) const INCLUDES: &[Shader] = &[
     shader!(include "compositor/light"),
     shader!(include "compositor/luma"),
@@ -51,18 +53,21 @@ struct SmoothingUniform {
     size_px: [u32; 2],
     luma_scale: f32,
     luma_offset: f32,
+    row_px: u32,
+    pad: u32,
 }
 
 impl HostStruct for SmoothingUniform {
     const WGSL_NAME: &'static str = "Smoothing";
-    const FIELDS: &'static [HostField] = host_fields!(SmoothingUniform { size_px, luma_scale, luma_offset });
+    const FIELDS: &'static [HostField] =
+        host_fields!(SmoothingUniform { size_px, luma_scale, luma_offset, row_px, pad });
 }
 
 /// Turns radiance into the display image.
 #[derive(Debug)]
 pub struct Compositor {
     parameters: CompositorParameters,
-    tone_map: ComputePipeline,
+    tone_map: PicturePipeline,
     anti_aliasing: Option<AntiAliasing>,
     bloom: Option<Bloom>,
     /// Made for the size of the last frame.
@@ -73,7 +78,7 @@ pub struct Compositor {
 #[derive(Debug)]
 struct AntiAliasing {
     /// Tone mapping that keeps brightness for the following passes.
-    tone_map: ComputePipeline,
+    tone_map: PicturePipeline,
     edges: ComputePipeline,
     fxaa: ComputePipeline,
 }
@@ -82,14 +87,14 @@ struct AntiAliasing {
 #[derive(Debug)]
 struct Images {
     size: [u32; 2],
+    /// The picture before anti-aliasing.
+    mapped: Texture<FourPixels>,
     smoothing: Option<SmoothingImages>,
     bloom: Option<BloomImages>,
 }
 
 #[derive(Debug)]
 struct SmoothingImages {
-    /// The picture before anti-aliasing.
-    mapped: Image<DisplayImage>,
     /// `shaders/compositor/luma.inc.wgsl`.
     lumas: Texture<Lumas>,
     /// `Edges` of `shaders/compositor/edges.inc.wgsl`.
@@ -99,8 +104,7 @@ struct SmoothingImages {
 impl SmoothingImages {
     fn new(gpu: &Gpu, size: [u32; 2]) -> Result<Self, CompositorError> {
         Ok(Self {
-            mapped: Image::new(gpu, size)?,
-            lumas: Texture::new(gpu, [size[0].div_ceil(4), size[1]])?,
+            lumas: Texture::new(gpu, Display::texels(size))?,
             edges: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
         })
     }
@@ -146,7 +150,8 @@ impl Compositor {
             let smoothing = self.anti_aliasing.is_some().then(|| SmoothingImages::new(gpu, size));
             let bloom = self.bloom.is_some().then(|| BloomImages::new(gpu, size));
             let (smoothing, bloom) = (smoothing.transpose()?, bloom.transpose()?);
-            self.images = Some(Images { size, smoothing, bloom });
+            let mapped = Texture::new(gpu, Display::texels(size))?;
+            self.images = Some(Images { size, mapped, smoothing, bloom });
         }
         Ok(())
     }
@@ -161,26 +166,31 @@ impl Compositor {
         gpu: &Gpu,
         recorder: &mut Recorder,
         radiance: &Texture<Radiance>,
-        display: &Image<DisplayImage>,
+        display: &Display,
     ) {
         let images = self.images_for(radiance);
         let (Some(passes), Some(smoothing)) = (&self.anti_aliasing, &images.smoothing) else {
             return self.record_as_drawn(gpu, recorder, radiance, display);
         };
-        let SmoothingImages { mapped, lumas, edges } = smoothing;
+        let SmoothingImages { lumas, edges } = smoothing;
         let size = images.size;
-        let outputs = [("mapped", mapped.bind()), ("display", display.bind()), ("lumas", lumas.bind())];
-        self.record_tone_map(gpu, recorder, radiance, images, &passes.tone_map, &outputs);
-        let smoothing = recorder.uniform(&smoothing_uniform(&self.parameters, size));
+        self.record_tone_map(gpu, recorder, radiance, images, (&passes.tone_map, Some(lumas)), display);
+        let smoothing = recorder.uniform(&smoothing_uniform(&self.parameters, display));
         recorder.clear(gpu, "compositor.fxaa_edges", edges, 1);
         let bindings = [("smoothing", smoothing.clone()), ("lumas", lumas.bind()), ("edges", edges.bind())];
-        recorder.compute(gpu, "compositor.fxaa_edges", &passes.edges, &bindings, words(size));
+        recorder.compute(
+            gpu,
+            "compositor.fxaa_edges",
+            &passes.edges,
+            &bindings,
+            Dispatch::Pixels(Display::texels(size)),
+        );
         let bindings = [
             ("smoothing", smoothing),
-            ("source", mapped.bind()),
+            ("source", images.mapped.bind()),
             ("lumas", lumas.bind()),
             ("edges", edges.bind()),
-            ("smoothed", display.bind()),
+            ("smoothed", display.rows().bind()),
         ];
         // Each invocation walks on through the list, whose length the GPU knows.
         recorder.compute(gpu, "compositor.fxaa", &passes.fxaa, &bindings, covered::dispatch(size));
@@ -195,11 +205,10 @@ impl Compositor {
         gpu: &Gpu,
         recorder: &mut Recorder,
         radiance: &Texture<Radiance>,
-        display: &Image<DisplayImage>,
+        display: &Display,
     ) {
         let images = self.images_for(radiance);
-        let outputs = [("mapped", display.bind())];
-        self.record_tone_map(gpu, recorder, radiance, images, &self.tone_map, &outputs);
+        self.record_tone_map(gpu, recorder, radiance, images, (&self.tone_map, None), display);
     }
 
     fn record_tone_map(
@@ -208,28 +217,25 @@ impl Compositor {
         recorder: &mut Recorder,
         radiance: &Texture<Radiance>,
         images: &Images,
-        pipeline: &ComputePipeline,
-        outputs: &[(&str, Binding)],
+        (pipeline, lumas): (&PicturePipeline, Option<&Texture<Lumas>>),
+        display: &Display,
     ) {
         let tone = recorder.uniform(&tone_map_uniform(&self.parameters, images.size));
         let mut bindings = vec![("tone", tone), ("radiance", radiance.bind())];
-        bindings.extend_from_slice(outputs);
         if let (Some(bloom), Some(levels)) = (&self.bloom, &images.bloom) {
             bloom.record(gpu, recorder, self.parameters.stops().exp2(), radiance, levels);
             bindings.push(("bloom", levels.finest().bind()));
         }
-        recorder.compute(gpu, "compositor.tone_map", pipeline, &bindings, words(images.size));
+        let targets = [("mapped", images.mapped.view())];
+        let targets: Vec<_> = targets.into_iter().chain(lumas.map(|lumas| ("lumas", lumas.view()))).collect();
+        recorder.picture(gpu, TONE_MAP_PASS, pipeline, &bindings, &targets, None);
+        recorder.copy_rows(gpu, TONE_MAP_PASS, &images.mapped, display.rows().buffer());
     }
 
     fn images_for(&self, radiance: &Texture<Radiance>) -> &Images {
         let images = self.images.as_ref().filter(|images| images.size == radiance.size());
         images.unwrap_or_else(|| panic!("no room for a picture of {:?} pixels", radiance.size()))
     }
-}
-
-/// One invocation per word of four pixels of a row.
-fn words([width, height]: [u32; 2]) -> Dispatch {
-    Dispatch::Pixels([width.div_ceil(4), height])
 }
 
 fn pipeline(
@@ -249,7 +255,7 @@ fn tone_map(
     gpu: &Gpu,
     parameters: &CompositorParameters,
     is_smoothed: bool,
-) -> Result<ComputePipeline, CompositorError> {
+) -> Result<PicturePipeline, CompositorError> {
     let curve = match parameters.tone_curve {
         ToneCurve::Neutral => Some("NEUTRAL"),
         ToneCurve::Filmic => Some("FILMIC"),
@@ -263,7 +269,14 @@ fn tone_map(
         .flatten()
         .map(|name| Definition { name, value: 1 })
         .collect();
-    pipeline(gpu, TONE_MAP, &definitions)
+    let targets = [FourPixels::FORMAT, Lumas::FORMAT];
+    Ok(gpu.picture_pipeline(&PicturePipelineDescriptor {
+        shader: TONE_MAP,
+        includes: INCLUDES,
+        definitions: &definitions,
+        targets: &targets[..1 + usize::from(is_smoothed)],
+        pixels: Pixels::All,
+    })?)
 }
 
 fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMapUniform {
@@ -279,10 +292,16 @@ fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMa
     }
 }
 
-fn smoothing_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> SmoothingUniform {
+fn smoothing_uniform(parameters: &CompositorParameters, display: &Display) -> SmoothingUniform {
     // The brightness that edges are looked for in is 0 to 1.5, of which alpha has a third.
     let (luma_scale, luma_offset) = if parameters.transparent { (1.5, 0.0) } else { (1.0, 0.5) };
-    SmoothingUniform { size_px: size, luma_scale, luma_offset }
+    SmoothingUniform {
+        size_px: display.size(),
+        luma_scale,
+        luma_offset,
+        row_px: display.rows().size()[0],
+        pad: 0,
+    }
 }
 
 #[cfg(test)]

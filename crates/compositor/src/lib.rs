@@ -4,12 +4,14 @@
 mod bloom;
 mod compositor;
 pub mod develop;
+mod display;
 mod error;
 mod meter;
 mod parameters;
 pub mod twin;
 
 pub use compositor::Compositor;
+pub use display::Display;
 pub use error::CompositorError;
 pub use meter::Meter;
 pub use parameters::{CompositorParameters, ToneCurve};

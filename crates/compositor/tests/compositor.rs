@@ -1,8 +1,8 @@
 //! Against a real device: a missing adapter is a failure, not a skip.
 
-use meniscus_compositor::{Compositor, CompositorParameters, ToneCurve, twin};
-use meniscus_gpu::role::{DisplayImage, Radiance};
-use meniscus_gpu::{AdapterChoice, Gpu, Image, Recorder, Texture, Timing};
+use meniscus_compositor::{Compositor, CompositorParameters, Display, ToneCurve, twin};
+use meniscus_gpu::role::Radiance;
+use meniscus_gpu::{AdapterChoice, Gpu, Recorder, Texture, Timing};
 
 fn gpu() -> Gpu {
     Gpu::new(&AdapterChoice::default()).expect("an adapter, at least mesa-vulkan-drivers")
@@ -17,7 +17,7 @@ fn display(
     let mut compositor = Compositor::new(gpu, parameters).unwrap();
     compositor.resize(gpu, size).unwrap();
     let radiance = Texture::<Radiance>::from_floats(gpu, size, pixels).unwrap();
-    let display = Image::<DisplayImage>::new(gpu, size).unwrap();
+    let display = Display::new(gpu, size).unwrap();
     let mut recorder = Recorder::new(gpu, Timing::Stamps);
     compositor.record(gpu, &mut recorder, &radiance, &display);
     let _ = recorder.submit(gpu).unwrap();
@@ -256,7 +256,7 @@ fn no_bloom_costs_nothing() {
         compositor.resize(&gpu, [64, 36]).unwrap();
         let bytes = gpu.memory().current() - before;
         let radiance = Texture::<Radiance>::new(&gpu, [64, 36]).unwrap();
-        let display = Image::<DisplayImage>::new(&gpu, [64, 36]).unwrap();
+        let display = Display::new(&gpu, [64, 36]).unwrap();
         let mut recorder = Recorder::new(&gpu, Timing::Isolated);
         compositor.record(&gpu, &mut recorder, &radiance, &display);
         let _ = recorder.submit(&gpu).unwrap();

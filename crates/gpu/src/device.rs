@@ -57,6 +57,7 @@ pub struct Gpu {
     pub(crate) readback: Readback,
     pub(crate) bind_cache: BindCache,
     pub(crate) fill: ComputePipeline,
+    pub(crate) list_covered: ComputePipeline,
     pub(crate) passes: PassMaker,
     cache: Option<(wgpu::PipelineCache, PathBuf)>,
 }
@@ -126,6 +127,8 @@ impl Gpu {
             errors,
         );
         let fill = passes.pass(&fill_descriptor)?;
+        let list_descriptor = ComputePipelineDescriptor::new(shader!("gpu/list_covered"));
+        let list_covered = passes.variant(&list_descriptor);
         Ok(Self {
             device,
             queue,
@@ -138,6 +141,7 @@ impl Gpu {
             readback: Readback::default(),
             bind_cache: BindCache::default(),
             fill,
+            list_covered,
             passes,
             cache,
         })

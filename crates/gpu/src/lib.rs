@@ -24,13 +24,14 @@ mod work;
 
 pub use adapter::{AdapterChoice, AdapterSummary, INSTALL_HINT, list_adapters};
 pub use camera::CameraUniform;
+pub use covered::Covered;
 pub use device::{Gpu, GpuMemory};
 pub use error::GpuError;
 pub use layout::{HostField, HostStruct};
 pub use page::Page;
 pub use pipeline::{
-    ComputePipeline, ComputePipelineDescriptor, PicturePipeline, PicturePipelineDescriptor, RasterPipeline,
-    RasterPipelineDescriptor,
+    ComputePipeline, ComputePipelineDescriptor, DepthUse, PicturePipeline, PicturePipelineDescriptor, Pixels,
+    RasterPipeline, RasterPipelineDescriptor,
 };
 pub use ranges::RangeList;
 pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing, process_cpu_ms};

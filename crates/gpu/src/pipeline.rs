@@ -5,6 +5,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, LazyLock, Mutex, PoisonError};
 
 use crate::error::ErrorSink;
+use crate::role::{CoverMask, SceneDepth};
 use crate::{Definition, Gpu, GpuError, Shader, TextureRole, shader};
 
 /// Slot of a named binding.
@@ -228,8 +229,46 @@ pub struct RasterPipelineDescriptor<'a> {
     pub vertex_buffers: &'a [wgpu::VertexBufferLayout<'a>],
     /// Formats of the colour targets, in order (from [`TextureRole::FORMAT`]).
     pub targets: &'a [wgpu::TextureFormat],
-    /// Whether a [`crate::role::SceneDepth`] attachment is tested and written, reversed z (greater wins).
-    pub depth: bool,
+    /// The depth attachment.
+    pub depth: DepthUse,
+}
+
+/// What a raster pass does with its depth attachment.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum DepthUse {
+    /// It has none.
+    None,
+    /// A [`SceneDepth`], emptied, tested and written, reversed z: greater wins.
+    Scene,
+    /// The mask of a [`Covered`](crate::Covered): its pixels get the depth that the shader gives, 1 for fluid, 0 for none.
+    MarksCovered,
+    /// The same mask: only pixels are drawn that show fluid.
+    Covered,
+}
+
+impl DepthUse {
+    fn state(self) -> Option<wgpu::DepthStencilState> {
+        let (format, writes, compare) = match self {
+            Self::None => return None,
+            Self::Scene => (SceneDepth::FORMAT, true, wgpu::CompareFunction::GreaterEqual),
+            Self::MarksCovered => (CoverMask::FORMAT, true, wgpu::CompareFunction::Always),
+            // Pictures are drawn at a depth of one half.
+            Self::Covered => (CoverMask::FORMAT, false, wgpu::CompareFunction::Less),
+        };
+        Some(wgpu::DepthStencilState {
+            format,
+            depth_write_enabled: Some(writes),
+            depth_compare: Some(compare),
+            stencil: Default::default(),
+            bias: Default::default(),
+        })
+    }
+
+    /// What is done with the attachment; `None` to read it only.
+    pub(crate) fn operations(self) -> Option<wgpu::Operations<f32>> {
+        let load = wgpu::LoadOp::Clear(0.0);
+        (self != Self::Covered).then_some(wgpu::Operations { load, store: wgpu::StoreOp::Store })
+    }
 }
 
 /// A compiled raster pass.
@@ -238,17 +277,36 @@ pub struct RasterPipeline {
     pub(crate) name: &'static str,
     pub(crate) pipeline: wgpu::RenderPipeline,
     pub(crate) bindings: Bindings,
+    pub(crate) depth: DepthUse,
 }
 
 /// A pass that fills textures, each pixel by itself. Software drivers draw it as a triangle: a number that a compute pass
 /// stores costs them some 30 cycles a lane. GPUs compute it: those without displays have next to nothing that fills pixels. Which it is,
 /// its shader tells by `HARDWARE`: with it, it has the entry point `main` and storage textures, else `vertex` and `fragment`.
 #[derive(Debug)]
-pub enum PicturePipeline {
+pub struct PicturePipeline {
+    pub(crate) form: PictureForm,
+    pub(crate) pixels: Pixels,
+}
+
+#[derive(Debug)]
+pub(crate) enum PictureForm {
     /// With `HARDWARE`.
     Compute(ComputePipeline),
     /// Without.
     Raster(RasterPipeline),
+}
+
+/// The pixels that a [`PicturePipeline`] is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Pixels {
+    /// All of the picture.
+    All,
+    /// All, and it finds out which of them show fluid: computed, it fills the list of a [`Covered`](crate::Covered), bound as `covered`;
+    /// drawn, it gives those a depth of 1 and others 0.
+    Marked,
+    /// Those that show fluid: computed, it walks through that list.
+    Covered,
 }
 
 /// What a [`PicturePipeline`] is made of.
@@ -262,9 +320,16 @@ pub struct PicturePipelineDescriptor<'a> {
     pub definitions: &'a [Definition],
     /// Formats of the textures, in order (from [`TextureRole::FORMAT`]).
     pub targets: &'a [wgpu::TextureFormat],
+    /// Which pixels it is for.
+    pub pixels: Pixels,
 }
 
 impl Gpu {
+    /// Whether a [`PicturePipeline`] is computed here, not drawn.
+    pub fn computes_pictures(&self) -> bool {
+        self.passes.is_hardware
+    }
+
     /// Compiles a pass that fills textures.
     ///
     /// # Errors
@@ -273,11 +338,11 @@ impl Gpu {
         &self,
         descriptor: &PicturePipelineDescriptor<'_>,
     ) -> Result<PicturePipeline, GpuError> {
-        let &PicturePipelineDescriptor { shader, includes, definitions, targets } = descriptor;
-        if self.passes.is_hardware {
+        let &PicturePipelineDescriptor { shader, includes, definitions, targets, pixels } = descriptor;
+        if self.computes_pictures() {
             let compute =
                 ComputePipelineDescriptor { includes, definitions, ..ComputePipelineDescriptor::new(shader) };
-            return Ok(PicturePipeline::Compute(self.compute_pipeline(&compute)?));
+            return Ok(PicturePipeline::computed(self.compute_pipeline(&compute)?, pixels));
         }
         let raster = RasterPipelineDescriptor {
             shader,
@@ -285,9 +350,13 @@ impl Gpu {
             definitions,
             vertex_buffers: &[],
             targets,
-            depth: false,
+            depth: match pixels {
+                Pixels::All => DepthUse::None,
+                Pixels::Marked => DepthUse::MarksCovered,
+                Pixels::Covered => DepthUse::Covered,
+            },
         };
-        Ok(PicturePipeline::Raster(self.raster_pipeline(&raster)?))
+        Ok(PicturePipeline { form: PictureForm::Raster(self.raster_pipeline(&raster)?), pixels })
     }
 
     /// Compiles a raster pass.
@@ -322,18 +391,12 @@ impl Gpu {
                 targets: &targets,
             }),
             primitive: wgpu::PrimitiveState::default(),
-            depth_stencil: descriptor.depth.then(|| wgpu::DepthStencilState {
-                format: crate::role::SceneDepth::FORMAT,
-                depth_write_enabled: Some(true),
-                depth_compare: Some(wgpu::CompareFunction::GreaterEqual),
-                stencil: Default::default(),
-                bias: Default::default(),
-            }),
+            depth_stencil: descriptor.depth.state(),
             multisample: Default::default(),
             multiview_mask: None,
             cache: self.pipeline_cache(),
         });
-        Ok(RasterPipeline { name, pipeline, bindings })
+        Ok(RasterPipeline { name, pipeline, bindings, depth: descriptor.depth })
     }
 }
 
@@ -345,11 +408,16 @@ impl RasterPipeline {
 }
 
 impl PicturePipeline {
+    /// One that is computed, whatever the adapter; `HARDWARE` is defined in its shader.
+    pub fn computed(pipeline: ComputePipeline, pixels: Pixels) -> Self {
+        Self { form: PictureForm::Compute(pipeline), pixels }
+    }
+
     /// As [`ComputePipeline::binds`].
     pub fn binds(&self, name: &str) -> bool {
-        match self {
-            Self::Compute(pipeline) => pipeline.binds(name),
-            Self::Raster(pipeline) => pipeline.binds(name),
+        match &self.form {
+            PictureForm::Compute(pipeline) => pipeline.binds(name),
+            PictureForm::Raster(pipeline) => pipeline.binds(name),
         }
     }
 }
@@ -397,10 +465,15 @@ fn reflect(
                 return Err(fail(format!("binding {name} is of an unsupported kind: {space:?} {inner:?}")));
             }
         };
+        // Not every device lets vertex stages write; none of ours does.
+        let is_written = matches!(
+            ty,
+            wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. }
+        );
+        let visibility = if is_written { visibility - wgpu::ShaderStages::VERTEX } else { visibility };
         slots.push(Slot { name, index: binding.binding });
         entries.push(wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None });
     }
-    // Raster stages may not write storage from the vertex stage on every device; none of ours does.
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some(shader),
         entries: &entries,
@@ -434,6 +507,7 @@ fn texture_type(class: naga::ImageClass) -> Option<wgpu::BindingType> {
             naga::StorageFormat::Rg32Uint => written(wgpu::TextureFormat::Rg32Uint),
             naga::StorageFormat::Rg32Float => written(wgpu::TextureFormat::Rg32Float),
             naga::StorageFormat::Rgba32Float => written(wgpu::TextureFormat::Rgba32Float),
+            naga::StorageFormat::Rgba32Uint => written(wgpu::TextureFormat::Rgba32Uint),
             naga::StorageFormat::R32Uint => written(wgpu::TextureFormat::R32Uint),
             _ => return None,
         },

@@ -9,13 +9,13 @@ use std::time::Instant;
 use meniscus_core::StageCost;
 use wgpu_profiler::{GpuProfiler, GpuProfilerSettings, GpuTimerQueryResult};
 
-use crate::pipeline::Bindings;
+use crate::pipeline::{Bindings, PictureForm};
 use crate::resource::Accounted;
 use crate::span::{Span, SpanRow, Spans};
 use crate::tally::Tallies;
 use crate::{
-    Buffer, ComputePipeline, Gpu, GpuError, GpuWork, PicturePipeline, RasterPipeline, Role, Texture,
-    TextureRole,
+    Buffer, ComputePipeline, Covered, Gpu, GpuError, GpuWork, PicturePipeline, Pixels, RasterPipeline, Role,
+    Texture, TextureRole,
 };
 
 /// A resource in a binding slot.
@@ -334,7 +334,7 @@ impl Recorder {
     }
 
     /// Runs a raster pass, timed as `name`, into `targets` (each with its clear value, `None` to draw over what is there) and
-    /// `depth` (cleared to 0 = far; depth is reversed). `draw` issues the draw calls; pipeline and bindings are set.
+    /// `depth` (what becomes of it, the pipeline says). `draw` issues the draw calls; pipeline and bindings are set.
     ///
     /// # Panics
     /// As [`Self::compute`].
@@ -363,10 +363,7 @@ impl Recorder {
                 color_attachments: &attachments,
                 depth_stencil_attachment: depth.map(|view| wgpu::RenderPassDepthStencilAttachment {
                     view,
-                    depth_ops: Some(wgpu::Operations {
-                        load: wgpu::LoadOp::Clear(0.0),
-                        store: wgpu::StoreOp::Store,
-                    }),
+                    depth_ops: pipeline.depth.operations(),
                     stencil_ops: None,
                 }),
                 timestamp_writes: query.and_then(|q| q.render_pass_timestamp_writes()),
@@ -378,30 +375,40 @@ impl Recorder {
         });
     }
 
-    /// Runs `pipeline` over all pixels of `targets`, which have one size, timed as `name`: in the order of the pipeline, with
-    /// the names of their variables.
+    /// Runs `picture` over pixels of `targets`, which have one size, timed as `name`: in the order of the pipeline, with the names
+    /// of their variables. `covered` is of that size, for pipelines of other [`Pixels`] than all.
     ///
     /// # Panics
-    /// As [`Self::compute`].
+    /// As [`Self::compute`], and without `covered` where there has to be one.
     pub fn picture(
         &mut self,
         gpu: &Gpu,
         name: &str,
-        pipeline: &PicturePipeline,
+        picture: &PicturePipeline,
         bindings: &[(&str, Binding)],
         targets: &[(&str, &wgpu::TextureView)],
+        covered: Option<&Covered>,
     ) {
-        match pipeline {
-            PicturePipeline::Compute(pipeline) => {
+        if let (Pixels::Marked, Some(covered)) = (picture.pixels, covered) {
+            covered.is_marked(gpu);
+        }
+        match &picture.form {
+            PictureForm::Compute(pipeline) => {
                 let Some((_, target)) = targets.first() else { return };
                 let wgpu::Extent3d { width, height, .. } = target.texture().size();
+                let dispatch = match (picture.pixels, covered) {
+                    (Pixels::Covered, Some(covered)) => covered.dispatch(),
+                    _ => Dispatch::Pixels([width, height]),
+                };
                 let written = targets.iter().map(|&(name, view)| (name, Binding::Texture(view.clone())));
-                let bindings: Vec<_> = bindings.iter().cloned().chain(written).collect();
-                self.compute(gpu, name, pipeline, &bindings, Dispatch::Pixels([width, height]));
+                let list = covered.map(|covered| ("covered", covered.room()));
+                let bindings: Vec<_> = bindings.iter().cloned().chain(written).chain(list).collect();
+                self.compute(gpu, name, pipeline, &bindings, dispatch);
             }
-            PicturePipeline::Raster(pipeline) => {
+            PictureForm::Raster(pipeline) => {
                 let targets: Vec<_> = targets.iter().map(|&(_, view)| (view, None)).collect();
-                self.raster(gpu, name, pipeline, bindings, &targets, None, |pass| pass.draw(0..3, 0..1));
+                let mask = covered.map(Covered::mask);
+                self.raster(gpu, name, pipeline, bindings, &targets, mask, |pass| pass.draw(0..3, 0..1));
             }
         }
     }
@@ -460,6 +467,46 @@ impl Recorder {
                 from.raw.size(),
             );
         });
+    }
+
+    /// Copies all texels of `from` to the start of `to`, row by row, timed as `name`.
+    ///
+    /// # Panics
+    /// If `to` is too small.
+    pub fn copy_rows<A: TextureRole, B: Role>(
+        &mut self,
+        gpu: &Gpu,
+        name: &str,
+        from: &Texture<A>,
+        to: &Buffer<B>,
+    ) {
+        let [width, height] = from.size();
+        let row_bytes = width * size_of::<A::Texel>() as u32;
+        assert!(u64::from(row_bytes) * u64::from(height) <= to.bytes(), "{} to {}", A::NAME, B::NAME);
+        // Several rows at once have to be multiples of 256 bytes.
+        let rows = if row_bytes.is_multiple_of(wgpu::COPY_BYTES_PER_ROW_ALIGNMENT) { height } else { 1 };
+        self.begin_frame(gpu);
+        self.timed(gpu, name, |encoder, _| {
+            for y in (0..height).step_by(rows as usize) {
+                let mut source = from.raw.as_image_copy();
+                source.origin.y = y;
+                let layout = wgpu::TexelCopyBufferLayout {
+                    offset: u64::from(y) * u64::from(row_bytes),
+                    bytes_per_row: (rows > 1).then_some(row_bytes),
+                    rows_per_image: None,
+                };
+                let target = wgpu::TexelCopyBufferInfo { buffer: to.raw(), layout };
+                let size = wgpu::Extent3d { width, height: rows, depth_or_array_layers: 1 };
+                encoder.copy_texture_to_buffer(source, target, size);
+            }
+        });
+    }
+
+    /// Sets the first `count` elements of `buffer` to zero, timed as `name`.
+    pub fn zero<R: Role>(&mut self, gpu: &Gpu, name: &str, buffer: &Buffer<R>, count: usize) {
+        let bytes = (count * size_of::<R::Element>()).next_multiple_of(4) as u64;
+        self.begin_frame(gpu);
+        self.timed(gpu, name, |encoder, _| encoder.clear_buffer(buffer.raw(), 0, Some(bytes)));
     }
 
     fn begin_frame(&mut self, gpu: &Gpu) {

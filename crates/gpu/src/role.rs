@@ -123,10 +123,14 @@ texture_roles! {
     SceneDistance: R32Float as f32, unit "world units along the view axis";
     /// Linear radiance, Rec. 709 primaries, alpha = coverage.
     Radiance: Rgba16Float as [f16; 4], unit "linear, relative";
+    /// Four neighbours in a row of the display image, as that has them ([`DisplayImage`]).
+    FourPixels: Rgba32Uint as [u32; 4], unit "4 x sRGB rgba8";
     /// Brightness of four neighbours in a row of the picture, a byte each.
     Lumas: R32Uint as u32, unit "4 x 8 bits";
     /// A level of the pyramid that bloom is made of.
     BloomLevel: Rgba16Float as [f16; 4], unit "linear radiance, exposed, Rec. 709";
+    /// Which pixels show fluid ([`crate::Covered`]).
+    CoverMask: Depth16Unorm as u16, unit "65535 = fluid, 0 = none";
     /// Depth attachment of the opaque scene, reversed z.
     SceneDepth: Depth32Float as f32, unit "reversed clip z";
 }

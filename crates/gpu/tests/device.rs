@@ -2,10 +2,12 @@
 
 use std::sync::{LazyLock, Mutex, MutexGuard, PoisonError};
 
-use meniscus_gpu::role::{AttributeValues, PackedParticle, Particles, Scratch, Shapes};
+use meniscus_gpu::role::{
+    AttributeValues, FilterStep, Lumas, PackedParticle, Particles, Scratch, Shapes, TextureRole,
+};
 use meniscus_gpu::{
-    AdapterChoice, Buffer, ComputePipelineDescriptor, Dispatch, Gpu, GpuError, Image, Page, Recorder, Shader,
-    Timing,
+    AdapterChoice, Buffer, ComputePipelineDescriptor, Covered, Dispatch, Gpu, GpuError, Image, Page,
+    PicturePipelineDescriptor, Pixels, Recorder, Shader, Texture, Timing,
 };
 
 /// One device for all tests, one after the other, which is never given back: NVIDIA's driver 580 deadlocks where threads end that used
@@ -72,6 +74,120 @@ fn an_image_is_cleared_to_the_empty_value_of_its_role() {
     recorder.clear(&gpu, "test.clear", image.buffer(), 33 * 7);
     let _ = recorder.submit(&gpu).unwrap();
     assert_eq!(image.read(&gpu).unwrap(), vec![0.0; 33 * 7]);
+}
+
+/// Fluid where a pattern says so.
+const MARK: Shader = Shader {
+    name: "test/mark",
+    source: "#import meniscus::covered::{Filling, pack_pixel}\n\
+        @group(0) @binding(0) var<uniform> every: vec4<u32>;\n\
+        fn shows(p: vec2<u32>) -> bool { return (7u * p.x + 3u * p.y) % every.x == 0u; }\n\
+        #ifdef HARDWARE\n\
+        @group(0) @binding(1) var marked: texture_storage_2d<r32float, write>;\n\
+        @group(0) @binding(2) var<storage, read_write> covered: Filling;\n\
+        @compute @workgroup_size(8, 8) fn main(@builtin(global_invocation_id) id: vec3<u32>) {\n\
+          if any(id.xy >= textureDimensions(marked)) { return; }\n\
+          textureStore(marked, id.xy, vec4(1.0));\n\
+          if shows(id.xy) { covered.packed[atomicAdd(&covered.count, 1u)] = pack_pixel(id.xy); }\n}\n\
+        #else\n\
+        @vertex fn vertex(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {\n\
+          return vec4(4.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0, 0.5, 1.0);\n}\n\
+        struct Out { @location(0) marked: f32, @builtin(frag_depth) mask: f32 }\n\
+        @fragment fn fragment(@builtin(position) at: vec4<f32>) -> Out {\n\
+          return Out(1.0, f32(shows(vec2<u32>(at.xy))));\n}\n\
+        #endif\n",
+};
+
+/// Column + 100 rows in each pixel that shows fluid.
+const PAINT: Shader = Shader {
+    name: "test/paint",
+    source: "#import meniscus::covered::{CoveredPixels, unpack_pixel}\n\
+        fn color(p: vec2<u32>) -> f32 { return f32(p.x + 100u * p.y); }\n\
+        #ifdef HARDWARE\n\
+        @group(0) @binding(0) var painted: texture_storage_2d<r32float, write>;\n\
+        @group(0) @binding(1) var<storage, read> covered: CoveredPixels;\n\
+        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) n: vec3<u32>) {\n\
+          for (var i = id.x; i < covered.count; i += n.x * 64u) {\n\
+            let p = unpack_pixel(covered.packed[i]);\n\
+            textureStore(painted, p, vec4(color(p)));\n}}\n\
+        #else\n\
+        @vertex fn vertex(@builtin(vertex_index) i: u32) -> @builtin(position) vec4<f32> {\n\
+          return vec4(4.0 * vec2<f32>(vec2(i & 1u, i >> 1u)) - 1.0, 0.5, 1.0);\n}\n\
+        @fragment fn fragment(@builtin(position) at: vec4<f32>) -> @location(0) f32 { return color(vec2<u32>(at.xy)); }\n\
+        #endif\n",
+};
+
+/// The same by way of the list, into a buffer.
+const WALK: Shader = Shader {
+    name: "test/walk",
+    source: "#import meniscus::covered::{CoveredPixels, unpack_pixel}\n\
+        @group(0) @binding(0) var<storage, read> covered: CoveredPixels;\n\
+        @group(0) @binding(1) var<storage, read_write> words: array<u32>;\n\
+        @compute @workgroup_size(64) fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) n: vec3<u32>) {\n\
+          for (var i = id.x; i < covered.count; i += n.x * 64u) {\n\
+            let p = unpack_pixel(covered.packed[i]);\n\
+            words[p.y * 37u + p.x] += p.x + 100u * p.y;\n}}\n",
+};
+
+#[test]
+fn passes_over_fluid_leave_the_other_pixels_alone_drawn_or_listed() {
+    let gpu = gpu();
+    let size = [37, 11];
+    let picture = |shader, pixels| {
+        let targets = &[FilterStep::FORMAT];
+        let (includes, definitions) = (&[][..], &[][..]);
+        gpu.picture_pipeline(&PicturePipelineDescriptor { shader, includes, definitions, targets, pixels })
+            .unwrap()
+    };
+    let (mark, paint) = (picture(MARK, Pixels::Marked), picture(PAINT, Pixels::Covered));
+    let walk = gpu.compute_pipeline(&ComputePipelineDescriptor::new(WALK)).unwrap();
+    let covered = Covered::new(&gpu, size).unwrap();
+    let [marked, painted] = [(); 2].map(|()| Texture::<FilterStep>::new(&gpu, size).unwrap());
+    let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+    // Of one set of pixels after the other, and at last of pixels that the host names; also where there are none.
+    for every in [5, 3, 1 << 20, 4] {
+        let shows = |i: usize| (7 * (i as u32 % 37) + 3 * (i as u32 / 37)).is_multiple_of(every);
+        let named = (every == 4).then(|| Covered::of(&gpu, size, shows).unwrap());
+        painted.write(&gpu, &[-1.0; 37 * 11]);
+        let words = Buffer::<Scratch>::from_slice(&gpu, &[0; 37 * 11]).unwrap();
+        if named.is_none() {
+            covered.empty(&mut recorder, &gpu, "test.empty");
+            let bindings = [("every", recorder.uniform(&[every, 0, 0, 0]))];
+            let targets = [("marked", marked.view())];
+            recorder.picture(&gpu, "test.mark", &mark, &bindings, &targets, Some(&covered));
+        }
+        let covered = named.as_ref().unwrap_or(&covered);
+        let targets = [("painted", painted.view())];
+        recorder.picture(&gpu, "test.paint", &paint, &[], &targets, Some(covered));
+        let bindings = [("covered", covered.list(&mut recorder, &gpu)), ("words", words.bind())];
+        recorder.compute(&gpu, "test.walk", &walk, &bindings, covered.dispatch());
+        let _ = recorder.submit(&gpu).unwrap();
+        let color = |i: usize| i as u32 % 37 + 100 * (i as u32 / 37);
+        let expected = |none: f32| {
+            (0..37 * 11).map(|i| if shows(i) { color(i) as f32 } else { none }).collect::<Vec<_>>()
+        };
+        assert_eq!(painted.read(&gpu).unwrap(), expected(-1.0), "{every}");
+        let walked: Vec<f32> = words.read(&gpu).unwrap().into_iter().map(|word| word as f32).collect();
+        assert_eq!(walked, expected(0.0), "{every}");
+    }
+}
+
+#[test]
+fn rows_of_any_length_are_copied_one_after_the_other() {
+    let gpu = gpu();
+    for size in [[64, 3], [37, 5], [1, 1]] {
+        let texels: Vec<u32> = (0..size[0] * size[1]).collect();
+        let texture = Texture::<Lumas>::from_texels(&gpu, size, &texels).unwrap();
+        let buffer = Buffer::<Scratch>::from_slice(&gpu, &vec![9; texels.len() + 2]).unwrap();
+        let mut recorder = Recorder::new(&gpu, Timing::Stamps);
+        recorder.copy_rows(&gpu, "test.copy", &texture, &buffer);
+        let _ = recorder.submit(&gpu).unwrap();
+        assert_eq!(buffer.read(&gpu).unwrap(), [&texels[..], &[9, 9]].concat(), "{size:?}");
+        recorder.zero(&gpu, "test.zero", &buffer, 1);
+        let _ = recorder.submit(&gpu).unwrap();
+        let expected = [&[0], &texels[1..], &[9, 9]].concat();
+        assert_eq!(buffer.read(&gpu).unwrap(), expected, "{size:?}");
+    }
 }
 
 const COPY_PAGE: Shader = Shader {

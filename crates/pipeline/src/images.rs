@@ -1,7 +1,6 @@
-use meniscus_gpu::role::{
-    DisplayImage, Radiance, SceneColor, SceneDepth, SceneDistance, Sunlight, SurfaceColor,
-};
-use meniscus_gpu::{Gpu, GpuError, Image, Texture};
+use meniscus_compositor::Display;
+use meniscus_gpu::role::{Radiance, SceneColor, SceneDepth, SceneDistance, Sunlight, SurfaceColor};
+use meniscus_gpu::{Gpu, GpuError, Texture};
 use meniscus_shading::SunlightPass;
 use meniscus_ssfr::{SsfrParams, SurfaceImages};
 
@@ -17,7 +16,7 @@ pub(crate) struct FrameImages {
     /// A single pixel, for light that nothing changes.
     pub(crate) no_shadow: Texture<Sunlight>,
     pub(crate) radiance: Texture<Radiance>,
-    pub(crate) display: Image<DisplayImage>,
+    pub(crate) display: Display,
 }
 
 impl FrameImages {
@@ -31,7 +30,7 @@ impl FrameImages {
             sunlight: Texture::new(gpu, SunlightPass::size_blocks(size))?,
             no_shadow: Texture::from_texels(gpu, [1, 1], &[Sunlight::UNCHANGED])?,
             radiance: Texture::new(gpu, size)?,
-            display: Image::new(gpu, size)?,
+            display: Display::new(gpu, size)?,
         })
     }
 }

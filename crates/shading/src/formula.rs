@@ -2,8 +2,8 @@ use std::fmt::Debug;
 
 use meniscus_gpu::role::{Radiance, TextureRole};
 use meniscus_gpu::{
-    ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, HostStruct, PicturePipeline,
-    PicturePipelineDescriptor, Recorder, Shader, Texture, covered, shader,
+    Definition, Gpu, GpuError, HostStruct, PicturePipeline, PicturePipelineDescriptor, Pixels, Recorder,
+    Shader, Texture, shader,
 };
 use schemars::JsonSchema;
 use serde::{Serialize, de::DeserializeOwned};
@@ -157,15 +157,18 @@ fn compile_scene<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<Pi
         includes: &includes::<F>(),
         definitions,
         targets: &[Radiance::FORMAT],
+        pixels: Pixels::All,
     })
 }
 
-fn compile_water<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<ComputePipeline, GpuError> {
+fn compile_water<F: Formula>(gpu: &Gpu, definitions: &[Definition]) -> Result<PicturePipeline, GpuError> {
     let definitions: Vec<Definition> = definitions.iter().copied().chain([WATER]).collect();
-    gpu.compute_pipeline(&ComputePipelineDescriptor {
+    gpu.picture_pipeline(&PicturePipelineDescriptor {
+        shader: PIXELS,
         includes: &includes::<F>(),
         definitions: &definitions,
-        ..ComputePipelineDescriptor::new(PIXELS)
+        targets: &[Radiance::FORMAT],
+        pixels: Pixels::Covered,
     })
 }
 
@@ -174,7 +177,7 @@ struct PixelPass<F> {
     /// Over all pixels.
     scene: Pictured<PicturePipeline>,
     /// Over those that show water.
-    water: Pictured<ComputePipeline>,
+    water: Pictured<PicturePipeline>,
     /// For models that import `meniscus::calm`.
     calm: Option<CalmPass>,
 }
@@ -213,7 +216,7 @@ impl<F: Formula> LightingPass for PixelPass<F> {
             });
             let mut bindings = bindings.clone();
             bindings.retain(|(name, _)| scene.binds(name));
-            recorder.picture(gpu, DRY, scene, &bindings, &[("radiance", output.view())]);
+            recorder.picture(gpu, DRY, scene, &bindings, &[("radiance", output.view())], None);
         }
         let size = inputs.camera.size_px;
         let objects = inputs.objects.is_some().then_some(OBJECTS);
@@ -223,9 +226,9 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         let water = self
             .water
             .choose(gpu, inputs.surroundings, kinds, |definitions| compile_water::<F>(gpu, definitions));
-        bindings.push(("radiance", output.bind()));
         bindings.retain(|(name, _)| water.binds(name));
-        recorder.compute(gpu, F::PASS, water, &bindings, covered::dispatch(size));
+        let targets = [("radiance", output.view())];
+        recorder.picture(gpu, F::PASS, water, &bindings, &targets, Some(inputs.covered));
     }
 
     fn extinction(&self, scale: WaterScale) -> [f32; 3] {

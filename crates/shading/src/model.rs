@@ -1,8 +1,8 @@
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{
-    EyeDistance, Radiance, SceneColor, SceneDistance, Scratch, Sunlight, SurfaceColor, Thickness, ViewNormal,
+    EyeDistance, Radiance, SceneColor, SceneDistance, Sunlight, SurfaceColor, Thickness, ViewNormal,
 };
-use meniscus_gpu::{Binding, Buffer, CameraUniform, Gpu, Recorder, Texture};
+use meniscus_gpu::{Binding, CameraUniform, Covered, Gpu, Recorder, Texture};
 
 use crate::twin::TwinInput;
 use crate::{EnvironmentMap, ObjectBounds, ShadingError, Surroundings};
@@ -55,7 +55,7 @@ pub struct LightingInputs<'a> {
     /// Lengths of the data.
     pub scale: WaterScale,
     /// The pixels that may show water, as `shaders/common/covered.inc.wgsl` has them.
-    pub covered: &'a Buffer<Scratch>,
+    pub covered: &'a Covered,
     /// Smoothed water surface.
     pub distance: &'a Texture<EyeDistance>,
     /// Length of water along the view ray, up to the opaque scene.
@@ -77,13 +77,12 @@ pub struct LightingInputs<'a> {
 }
 
 impl LightingInputs<'_> {
-    /// Everything under its name in `meniscus::lighting_inputs`, for a pass of this frame.
+    /// Everything under its name in `meniscus::lighting_inputs`, for a pass of this frame, but for [`Self::covered`].
     pub fn bindings(&self, recorder: &mut Recorder) -> Vec<(&'static str, Binding)> {
         let mut bindings = vec![
             ("camera", recorder.uniform(self.camera)),
             ("surroundings", recorder.uniform(self.surroundings)),
             ("environment_texels", self.environment.texels().bind()),
-            ("covered", self.covered.bind()),
             ("distances", self.distance.bind()),
             ("thicknesses", self.thickness.bind()),
             ("normals", self.normal.bind()),

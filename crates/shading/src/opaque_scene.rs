@@ -7,8 +7,8 @@ use glam::Vec3;
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
 use meniscus_gpu::{
-    Buffer, CameraUniform, Definition, Gpu, GpuError, HostField, HostStruct, PicturePipeline,
-    PicturePipelineDescriptor, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture,
+    Buffer, CameraUniform, Definition, DepthUse, Gpu, GpuError, HostField, HostStruct, PicturePipeline,
+    PicturePipelineDescriptor, Pixels, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture,
     host_fields, shader,
 };
 use meniscus_scene::{Scene, Sides};
@@ -201,7 +201,7 @@ impl ScenePass {
         bindings.extend(shadows.into_iter().flat_map(|sun| sun.bindings(recorder)));
         bindings.retain(|(name, _)| pipeline.binds(name));
         let targets = [("scene_color", color.view()), ("scene_distance", distance.view())];
-        recorder.picture(gpu, "shading.background", pipeline, &bindings, &targets);
+        recorder.picture(gpu, "shading.background", pipeline, &bindings, &targets, None);
         if scene.triangles.is_empty() {
             return;
         }
@@ -234,6 +234,7 @@ fn compile_background(gpu: &Gpu, definitions: &[Definition]) -> Result<PicturePi
         includes: INCLUDES,
         definitions,
         targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
+        pixels: Pixels::All,
     })
 }
 
@@ -244,7 +245,7 @@ fn compile_objects(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeli
         definitions,
         vertex_buffers: &[],
         targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
-        depth: true,
+        depth: DepthUse::Scene,
     })
 }
 

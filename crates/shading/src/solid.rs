@@ -1,7 +1,7 @@
 use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, SurfaceColor, TextureRole, ViewNormal};
 use meniscus_gpu::{
-    CameraUniform, Definition, Gpu, GpuError, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader,
-    Texture, shader,
+    CameraUniform, Definition, DepthUse, Gpu, GpuError, RasterPipeline, RasterPipelineDescriptor, Recorder,
+    Shader, Texture, shader,
 };
 use meniscus_scene::Material;
 
@@ -82,6 +82,6 @@ fn compile(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeline, GpuE
         definitions,
         vertex_buffers: &[],
         targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
-        depth: false,
+        depth: DepthUse::None,
     })
 }

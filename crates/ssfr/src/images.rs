@@ -2,7 +2,7 @@ use meniscus_gpu::role::{
     EyeDistance, FarthestDistance, FilterStep, FrontSphere, ReducedSurface, ReducedThickness, Scratch,
     SmoothedThickness, Thickness, ViewNormal,
 };
-use meniscus_gpu::{Buffer, Gpu, GpuError, Image, Texture};
+use meniscus_gpu::{Buffer, Covered, Gpu, GpuError, Image, Texture};
 
 use crate::SsfrParams;
 use crate::filter::scratch_len;
@@ -27,8 +27,8 @@ pub struct SurfaceImages {
     pub(crate) steps: [Texture<FilterStep>; 2],
     /// Farthest distance per tile, and per tile of those; `shaders/ssfr/farthest.wgsl`.
     pub(crate) farthest: [Texture<FarthestDistance>; 2],
-    /// The pixels that show fluid; `shaders/common/covered.inc.wgsl`.
-    pub covered: Buffer<Scratch>,
+    /// The pixels that show fluid.
+    pub covered: Covered,
     pub(crate) reduced: ReducedImages,
 }
 
@@ -63,7 +63,7 @@ impl SurfaceImages {
             strips: Buffer::new(gpu, STRIP_WORDS)?,
             steps: [Texture::new(gpu, size)?, Texture::new(gpu, size)?],
             farthest: [Texture::new(gpu, tiles)?, Texture::new(gpu, large_tiles)?],
-            covered: Buffer::new(gpu, 1 + size[0] as usize * size[1] as usize)?,
+            covered: Covered::new(gpu, size)?,
             reduced: ReducedImages::new(gpu, size, params.thickness.scale)?,
         })
     }
@@ -78,8 +78,7 @@ impl SurfaceImages {
     /// # Errors
     /// The GPU's.
     pub fn covered_pixels(&self, gpu: &Gpu) -> Result<u32, GpuError> {
-        // The list starts with its length (`shaders/common/covered.inc.wgsl`).
-        Ok(self.covered.read_first(gpu, 1)?.first().copied().unwrap_or(0))
+        self.covered.count(gpu)
     }
 
     /// Whether these images serve pictures of `size` pixels made with `params`; if not, make new ones.

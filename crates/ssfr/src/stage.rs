@@ -23,9 +23,9 @@ impl Ssfr {
         params.validate()?;
         Ok(Self {
             params: params.clone(),
-            surface: SurfacePasses::new(gpu, &params.anisotropy),
-            thickness: ThicknessPasses::new(gpu),
-            normal: NormalPass::new(gpu),
+            surface: SurfacePasses::new(gpu, &params.anisotropy)?,
+            thickness: ThicknessPasses::new(gpu)?,
+            normal: NormalPass::new(gpu)?,
             filter: filters.create(gpu, &params.filter)?,
         })
     }

@@ -109,7 +109,7 @@ impl SurfaceFilter for Disc {
         let bindings = [
             ("camera", camera.clone()),
             ("front", images.front.bind()),
-            ("covered", images.covered.bind()),
+            ("covered", images.covered.list(recorder, gpu)),
             ("smoothed", images.target.bind()),
         ];
         let groups = Dispatch::Groups(1024);

@@ -115,6 +115,8 @@ fn spheres_that_fill_the_picture_are_whole() {
             assert_same_surface(&frame, &expected, 0.9);
             let covered = expected.distance.iter().filter(|d| is_fluid(**d)).count();
             assert!(covered > 100_000, "more than the 65 536 that such drivers draw: {covered}");
+            let found = frame.unfiltered.iter().filter(|d| is_fluid(**d)).count();
+            assert_eq!(frame.covered_pixels as usize, found);
             let profile = params("none", 1, 0.0).thickness.profile_half_px(1.0 / 0.9).into();
             let set = [scene.host_set()];
             let sum = twin::thickness_sum(&scene.view(), &set, &scene.scene_distance, (1, profile));

@@ -1,7 +1,7 @@
 use glam::{Mat4, Vec2, Vec3};
 use meniscus_core::{Aabb, Camera};
 use meniscus_gpu::role::{NO_SURFACE, Radiance, SceneColor, SceneDistance, Sunlight};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, Recorder, Texture, Timing, covered};
+use meniscus_gpu::{CameraUniform, Covered, Gpu, Recorder, Texture, Timing};
 use meniscus_scene::Scene;
 
 use crate::twin::TwinInput;
@@ -191,7 +191,7 @@ impl Frame {
             environment: &EnvironmentMap::new(gpu, &self.scene)?,
             objects: self.objects,
             scale: self.scale,
-            covered: &Buffer::from_slice(gpu, &covered::list(size, shows))?,
+            covered: &Covered::of(gpu, size, shows)?,
             distance: &Texture::from_texels(gpu, size, &self.water.distance)?,
             thickness: &Texture::from_texels(gpu, size, &self.water.thickness)?,
             normal: &Texture::from_texels(gpu, size, &self.water.normal)?,

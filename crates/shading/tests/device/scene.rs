@@ -9,8 +9,8 @@ use meniscus_gpu::role::{
     EyeDistance, NO_SURFACE, Radiance, SceneColor, SceneDistance, Sunlight, Thickness, ViewNormal,
 };
 use meniscus_gpu::{
-    Buffer, CameraUniform, ComputePipelineDescriptor, Definition, PicturePipeline, Recorder, Texture, Timing,
-    covered, shader,
+    CameraUniform, ComputePipelineDescriptor, Covered, Definition, PicturePipeline, Pixels, Recorder,
+    Texture, Timing, shader,
 };
 use meniscus_scene::{Environment, Material, Mesh, Object, Scene, Sides, UpFrame};
 use meniscus_shading::{
@@ -37,7 +37,7 @@ fn scene_colors(camera: &CameraUniform, scene: &Scene, water_distance: f32) -> V
         environment: &EnvironmentMap::new(&gpu, scene).unwrap(),
         objects: None,
         scale: WaterScale { depth_world: 1.0, spacing_world: 0.1, metres_per_world: 1.0 },
-        covered: &Buffer::from_slice(&gpu, &covered::list(SIZE, |_| water_distance < NO_SURFACE)).unwrap(),
+        covered: &Covered::of(&gpu, SIZE, |_| water_distance < NO_SURFACE).unwrap(),
         distance: &water,
         thickness: &thickness,
         normal: &normal,
@@ -222,13 +222,14 @@ fn the_background_is_the_same_computed_and_drawn() {
     let scene = tiled_scene();
     let camera = CameraUniform::new(&cameras()[0], SIZE);
     let drawn = draw_scene(&gpu, &camera, &scene, None);
-    let computed = PicturePipeline::Compute(
+    let computed = PicturePipeline::computed(
         gpu.compute_pipeline(&ComputePipelineDescriptor {
             includes: INCLUDES,
             definitions: &[Definition { name: "HARDWARE", value: 1 }],
             ..ComputePipelineDescriptor::new(shader!("shading/background"))
         })
         .unwrap(),
+        Pixels::All,
     );
     let color = Texture::<SceneColor>::new(&gpu, SIZE).unwrap();
     let distance = Texture::<SceneDistance>::new(&gpu, SIZE).unwrap();
@@ -238,7 +239,7 @@ fn the_background_is_the_same_computed_and_drawn() {
         ("surroundings", recorder.uniform(&Surroundings::new(&scene))),
     ];
     let targets = [("scene_color", color.view()), ("scene_distance", distance.view())];
-    recorder.picture(&gpu, "test.background", &computed, &bindings, &targets);
+    recorder.picture(&gpu, "test.background", &computed, &bindings, &targets, None);
     let _ = recorder.submit(&gpu).unwrap();
     let colors = [drawn.0, color].map(|color| color.read_floats(&gpu).unwrap());
     for (pixel, (drawn, computed)) in std::iter::zip(&colors[0], &colors[1]).enumerate() {

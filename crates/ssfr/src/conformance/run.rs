@@ -1,5 +1,5 @@
 use meniscus_gpu::role::{EyeDistance, FilterStep, FrontSphere, NO_SURFACE, Scratch};
-use meniscus_gpu::{Buffer, CameraUniform, Gpu, GpuError, Recorder, Texture, Timing, covered};
+use meniscus_gpu::{Buffer, CameraUniform, Covered, Gpu, GpuError, Recorder, Texture, Timing};
 
 use super::pictures::{Picture, SPACING_PER_RADIUS, is_surface};
 use crate::filter::{FilterImages, HostSurface, SurfaceFilter, TAPS, scratch_len};
@@ -46,8 +46,7 @@ impl Run<'_> {
         let front = Texture::<FrontSphere>::from_texels(gpu, size, &front)?;
         let empty = vec![NO_SURFACE; picture.distance.len()];
         let target = Texture::<EyeDistance>::from_texels(gpu, size, &empty)?;
-        let covered = covered::list(size, |pixel| is_surface(picture.distance[pixel]));
-        let covered = Buffer::<Scratch>::from_slice(gpu, &covered)?;
+        let covered = Covered::of(gpu, size, |pixel| is_surface(picture.distance[pixel]))?;
         // Contents do not matter, but are there: what a filter forgets to write is then seen.
         let left_over = vec![0x40a0_0000; scratch_len(size)];
         let scratch = [

@@ -126,7 +126,7 @@ impl SurfaceFilter for Adaptive {
         let common = [
             ("camera", camera.clone()),
             ("adaptive", uniform),
-            ("covered", images.covered.bind()),
+            ("covered", images.covered.list(recorder, gpu)),
             ("sums", sums.bind()),
         ];
         let pixels = images.over_covered();

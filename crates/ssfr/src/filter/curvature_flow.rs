@@ -1,14 +1,15 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::{
-    Binding, CameraUniform, ComputePipeline, Definition, Gpu, HostField, HostStruct, Recorder, shader,
+    Binding, CameraUniform, ComputePipeline, Definition, Gpu, HostField, HostStruct, PicturePipeline,
+    Recorder, shader,
 };
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{GAP, record_keys, shares};
+use super::smoothing::{GAP, key_pipeline, record_keys, shares};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter, TAPS};
 use crate::params::check_range;
-use crate::passes::{counted_pipeline, pipeline};
+use crate::passes::counted_pipeline;
 use crate::{SsfrError, twin};
 
 /// Parameters of the curvature flow.
@@ -73,7 +74,7 @@ impl HostStruct for CurvatureFlowUniform {
 /// across no edge.
 pub struct CurvatureFlow {
     params: CurvatureFlowParams,
-    key: ComputePipeline,
+    key: PicturePipeline,
     step: ComputePipeline,
     last: ComputePipeline,
 }
@@ -91,7 +92,7 @@ impl CurvatureFlow {
         let last = Definition { name: "LAST", value: 1 };
         Ok(Self {
             params,
-            key: pipeline(gpu, shader!("ssfr/smooth_key")),
+            key: key_pipeline(gpu, &[])?,
             step: counted_pipeline(gpu, shader!("ssfr/curvature_flow"), &[], TAPS),
             last: counted_pipeline(gpu, shader!("ssfr/curvature_flow"), &[last], TAPS),
         })
@@ -120,7 +121,7 @@ impl SurfaceFilter for CurvatureFlow {
                 ("front", images.front.bind()),
                 ("source", current.clone()),
                 ("smoothed", if is_last { images.target.bind() } else { next.clone() }),
-                ("covered", images.covered.bind()),
+                ("covered", images.covered.list(recorder, gpu)),
             ];
             let pass = if is_last { &self.last } else { &self.step };
             let pixels = images.over_covered();

@@ -13,7 +13,7 @@ mod smoothing;
 
 use meniscus_gpu::role::{EyeDistance, FilterStep, FrontSphere, Scratch};
 use meniscus_gpu::{
-    Binding, Buffer, CameraUniform, Dispatch, Gpu, Recorder, Shader, Texture, covered, shader,
+    Binding, Buffer, CameraUniform, Covered, Dispatch, Gpu, Recorder, Shader, Texture, shader,
 };
 
 pub(crate) use adaptive::TILE;
@@ -44,9 +44,9 @@ pub struct FilterImages<'a> {
     /// Where the smoothed distance goes: [`NO_SURFACE`](meniscus_gpu::role::NO_SURFACE) exactly where `front` has it. It
     /// is there already, so that only the covered pixels need to be written.
     pub target: &'a Texture<EyeDistance>,
-    /// The pixels that show fluid, as `meniscus::covered::CoveredPixels` of `shaders/common/covered.inc.wgsl`: their number,
+    /// The pixels that show fluid; their list is `meniscus::covered::CoveredPixels` of `shaders/common/covered.inc.wgsl`: their number,
     /// then x + 65536 y for each, in no particular order.
-    pub covered: &'a Buffer<Scratch>,
+    pub covered: &'a Covered,
     /// Room for what a pass leaves for the next one; contents do not matter, before or after. Software drivers read textures
     /// several times faster than buffers.
     pub steps: [&'a Texture<FilterStep>; 2],
@@ -64,10 +64,9 @@ pub fn scratch_len(size: [u32; 2]) -> usize {
 }
 
 impl FilterImages<'_> {
-    /// Dispatch of a pass over [`Self::covered`] with workgroups of 64, each invocation of which walks on through the list:
-    /// only the GPU knows how long that is.
+    /// Dispatch of a pass over [`Self::covered`], with workgroups of 64.
     pub fn over_covered(&self) -> Dispatch {
-        covered::dispatch(self.front.size())
+        self.covered.dispatch()
     }
 }
 

@@ -1,11 +1,13 @@
 use meniscus_gpu::role::NO_SURFACE;
-use meniscus_gpu::{Binding, CameraUniform, ComputePipeline, Definition, Gpu, Recorder, shader};
+use meniscus_gpu::{
+    Binding, CameraUniform, ComputePipeline, Definition, Gpu, PicturePipeline, Recorder, shader,
+};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use super::smoothing::{MOST_TAPS, SmoothingUniform, Width, record_keys};
+use super::smoothing::{MOST_TAPS, SmoothingUniform, Width, key_pipeline, record_keys};
 use super::{FilterImages, HostSurface, Properties, SurfaceFilter, TAPS};
-use crate::passes::{counted_pipeline, pipeline_with};
+use crate::passes::counted_pipeline;
 use crate::{SsfrError, twin};
 
 /// Parameters of the narrow-range filter as published.
@@ -53,7 +55,7 @@ impl NarrowRangePaperParams {
 /// with a range that widens outwards. For comparison.
 pub struct NarrowRangePaper {
     params: NarrowRangePaperParams,
-    distance: ComputePipeline,
+    distance: PicturePipeline,
     along: ComputePipeline,
     square: ComputePipeline,
 }
@@ -72,7 +74,7 @@ impl NarrowRangePaper {
         let square = Definition { name: "SQUARE", value: 1 };
         Ok(Self {
             params,
-            distance: pipeline_with(gpu, shader!("ssfr/smooth_key"), &[paper]),
+            distance: key_pipeline(gpu, &[paper])?,
             along: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[], TAPS),
             square: counted_pipeline(gpu, shader!("ssfr/narrow_range_paper"), &[square], TAPS),
         })
@@ -95,7 +97,7 @@ impl SurfaceFilter for NarrowRangePaper {
                 ("front", images.front.bind()),
                 ("source", source),
                 ("smoothed", smoothed),
-                ("covered", images.covered.bind()),
+                ("covered", images.covered.list(recorder, gpu)),
             ];
             let pixels = images.over_covered();
             recorder.compute(gpu, "ssfr.narrow_range_paper", pipeline, &bindings, pixels);

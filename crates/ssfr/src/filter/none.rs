@@ -31,7 +31,7 @@ impl SurfaceFilter for NoFilter {
         let bindings = [
             ("front", images.front.bind()),
             ("distance", images.target.bind()),
-            ("covered", images.covered.bind()),
+            ("covered", images.covered.list(recorder, gpu)),
         ];
         recorder.compute(gpu, "ssfr.copy", &self.copy, &bindings, images.over_covered());
     }

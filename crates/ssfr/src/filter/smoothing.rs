@@ -1,12 +1,13 @@
 use bytemuck::{Pod, Zeroable};
+use meniscus_gpu::role::{FilterStep, TextureRole};
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, covered, shader,
+    Binding, ComputePipeline, Definition, Gpu, HostField, HostStruct, PicturePipeline, Recorder, shader,
 };
 
 use super::{FilterImages, TAPS};
 use crate::SsfrError;
 use crate::params::check_range;
-use crate::passes::{counted_pipeline, pipeline};
+use crate::passes::{counted_pipeline, covered_pipeline};
 
 /// Which pairs of mirrored samples count, and as what: `meniscus::rule` of `shaders/ssfr/rule.inc.wgsl`.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -161,7 +162,7 @@ impl SmoothingUniform {
 /// The passes that filters with a [`Rule`] share: keys, rows and columns in turn, a small square.
 pub(super) struct Smoothing {
     rule: Rule,
-    key: ComputePipeline,
+    key: PicturePipeline,
     along: ComputePipeline,
     square: ComputePipeline,
     coarse_square: ComputePipeline,
@@ -173,7 +174,7 @@ impl Smoothing {
         let coarse = [definitions, &[Definition { name: "COARSE", value: 1 }]].concat();
         Ok(Self {
             rule,
-            key: pipeline(gpu, shader!("ssfr/smooth_key")),
+            key: key_pipeline(gpu, &[])?,
             along: counted_pipeline(gpu, shader!("ssfr/smooth_along"), definitions, TAPS),
             square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), definitions, TAPS),
             coarse_square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), &coarse, TAPS),
@@ -188,7 +189,7 @@ impl Smoothing {
         images: &FilterImages<'_>,
         width: &Width,
     ) {
-        let lines = over_tiles(images.front.size());
+        let lines = images.covered.dispatch_lines();
         let [mut next, mut other] = images.steps.map(|image| image.bind());
         record_keys(recorder, gpu, camera, images, &self.key, GAP);
         let common = |recorder: &mut Recorder, pass, source| {
@@ -198,7 +199,7 @@ impl Smoothing {
                 ("smoothing", recorder.uniform(&uniform)),
                 ("front", images.front.bind()),
                 ("source", source),
-                ("tiles", images.scratch[0].bind()),
+                ("tiles", images.covered.tiles()),
             ];
             if self.rule == Rule::Adaptive {
                 bindings.push(("complexity", images.scratch[1].bind()));
@@ -228,36 +229,27 @@ impl Smoothing {
 /// `GAP` of `shaders/ssfr/key.inc.wgsl`.
 pub(super) const GAP: f32 = -3.4e38;
 
+/// The pass from distances to what smoothing works on, with these definitions.
+pub(super) fn key_pipeline(gpu: &Gpu, definitions: &[Definition]) -> Result<PicturePipeline, SsfrError> {
+    Ok(covered_pipeline(gpu, shader!("ssfr/smooth_key"), definitions, FilterStep::FORMAT)?)
+}
+
 /// Fills both steps with `gap`, and the second with what `key` makes of the distances of covered pixels; passes over all of these then
-/// alternate between the steps, beginning at the second. Lists the tiles that show fluid in the first scratch buffer.
+/// alternate between the steps, beginning at the second.
 pub(super) fn record_keys(
     recorder: &mut Recorder,
     gpu: &Gpu,
     camera: &Binding,
     images: &FilterImages<'_>,
-    key: &ComputePipeline,
+    key: &PicturePipeline,
     gap: f32,
 ) {
     let gaps = images.steps.map(|step| (step.view(), [gap.into(), 0.0, 0.0, 0.0]));
     recorder.clear_textures(gpu, "ssfr.clear", &gaps);
-    let tiles = images.scratch[0];
-    recorder.clear(gpu, "ssfr.smooth_key", tiles, 1);
-    let bindings = [
-        ("camera", camera.clone()),
-        ("tiles", tiles.bind()),
-        ("front", images.front.bind()),
-        ("key", images.steps[1].bind()),
-    ];
-    let tiles = images.front.size().map(|side| side.div_ceil(TILE));
-    recorder.compute(gpu, "ssfr.smooth_key", key, &bindings, Dispatch::Pixels(tiles));
-}
-
-/// Pixels per side of a tile: `TILE` of `shaders/ssfr/smoothing.inc.wgsl`.
-const TILE: u32 = 4;
-
-/// Dispatch over the listed tiles of a picture of `size` pixels, an invocation for each of their rows or columns.
-fn over_tiles(size: [u32; 2]) -> Dispatch {
-    covered::dispatch([size[0].div_ceil(TILE), size[1].next_multiple_of(TILE)])
+    let mut bindings = vec![("camera", camera.clone()), ("front", images.front.bind())];
+    bindings.retain(|(name, _)| key.binds(name));
+    let targets = [("key", images.steps[1].view())];
+    recorder.picture(gpu, "ssfr.smooth_key", key, &bindings, &targets, Some(images.covered));
 }
 
 /// Fractions of a variance that `steps` steps have, each a little narrower than the one before, down to `last_width` of the

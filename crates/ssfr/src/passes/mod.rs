@@ -9,7 +9,10 @@ mod shape;
 mod surface;
 mod thickness;
 
-use meniscus_gpu::{ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, Shader, shader};
+use meniscus_gpu::{
+    ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, PicturePipeline,
+    PicturePipelineDescriptor, Pixels, Shader, shader, wgpu,
+};
 
 pub use coloring::{ColoredSet, Coloring, NO_VALUE, ScaleUniform};
 pub use foam::{FoamSplats, FoamUniform};
@@ -50,6 +53,22 @@ pub(crate) fn counted_pipeline(
     counts: &'static str,
 ) -> ComputePipeline {
     compile(gpu, shader, definitions, Some(counts))
+}
+
+/// A pass over the pixels that show fluid, which writes a texture of this format.
+pub(crate) fn covered_pipeline(
+    gpu: &Gpu,
+    shader: Shader,
+    definitions: &[Definition],
+    target: wgpu::TextureFormat,
+) -> Result<PicturePipeline, GpuError> {
+    gpu.picture_pipeline(&PicturePipelineDescriptor {
+        shader,
+        includes: INCLUDES,
+        definitions,
+        targets: &[target],
+        pixels: Pixels::Covered,
+    })
 }
 
 fn compile(

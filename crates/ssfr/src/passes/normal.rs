@@ -1,16 +1,17 @@
-use meniscus_gpu::{Binding, ComputePipeline, Gpu, Recorder, covered, shader};
+use meniscus_gpu::role::{TextureRole, ViewNormal};
+use meniscus_gpu::{Binding, Gpu, GpuError, PicturePipeline, Recorder, shader};
 
-use super::pipeline;
+use super::covered_pipeline;
 use crate::SurfaceImages;
 
 /// Normals of the smoothed surface.
 pub(crate) struct NormalPass {
-    normal: ComputePipeline,
+    normal: PicturePipeline,
 }
 
 impl NormalPass {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
-        Self { normal: pipeline(gpu, shader!("ssfr/normal")) }
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
+        Ok(Self { normal: covered_pipeline(gpu, shader!("ssfr/normal"), &[], ViewNormal::FORMAT)? })
     }
 
     pub(crate) fn record(
@@ -24,9 +25,8 @@ impl NormalPass {
             ("camera", camera.clone()),
             ("distance", images.distance.bind()),
             ("front", images.front.bind()),
-            ("normal", images.normal.bind()),
-            ("covered", images.covered.bind()),
         ];
-        recorder.compute(gpu, "ssfr.normal", &self.normal, &bindings, covered::dispatch(images.size()));
+        let targets = [("normal", images.normal.view())];
+        recorder.picture(gpu, "ssfr.normal", &self.normal, &bindings, &targets, Some(&images.covered));
     }
 }

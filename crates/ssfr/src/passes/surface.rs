@@ -1,12 +1,13 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::{NO_SURFACE, SceneDistance};
+use meniscus_gpu::role::{FrontSphere, NO_SURFACE, SceneDistance, TextureRole};
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, Texture, shader,
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, PicturePipeline,
+    PicturePipelineDescriptor, Pixels, Recorder, Texture, shader,
 };
 
 use super::occlusion::OcclusionPasses;
 use super::pages::{List, PageBindings, PageDrawing, SplatPipelines, are_small, each_page};
-use super::{counted_pipeline, pipeline, pipeline_with};
+use super::{INCLUDES, counted_pipeline, pipeline, pipeline_with};
 use crate::splats::{Common, VisibleRadius};
 use crate::{AnisotropyParams, SplatSet, SurfaceImages};
 
@@ -29,14 +30,14 @@ impl HostStruct for SurfaceUniform {
 
 /// Distance and radius of the nearest splat.
 pub(crate) struct SurfacePasses {
-    limit: ComputePipeline,
     spheres: SplatPasses,
     /// For sets whose spheres are all drawn by one invocation each: those in front, and those that are tested.
     small: [SplatPipelines; 2],
     /// Where some may be ellipsoids.
     shaped: Option<SplatPasses>,
     occlusion: OcclusionPasses,
-    surface: ComputePipeline,
+    surface: PicturePipeline,
+    tiles: ComputePipeline,
 }
 
 /// The passes that know what splats look like.
@@ -63,21 +64,27 @@ impl SplatPasses {
 }
 
 impl SurfacePasses {
-    pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Self {
+    pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Result<Self, GpuError> {
         let small = |definitions: &[Definition]| {
             let definitions = [definitions, &[Definition { name: "SMALL", value: 1 }]].concat();
             SplatPipelines::new(gpu, shader!("ssfr/depth"), &definitions, COUNTER)
         };
         let mut passes = Self {
-            limit: pipeline(gpu, shader!("ssfr/limit")),
             spheres: SplatPasses::new(gpu, &[]),
             small: [small(&[]), small(&[Definition { name: "TESTED", value: 1 }])],
             shaped: None,
             occlusion: OcclusionPasses::new(gpu),
-            surface: pipeline(gpu, shader!("ssfr/surface")),
+            surface: gpu.picture_pipeline(&PicturePipelineDescriptor {
+                shader: shader!("ssfr/surface"),
+                includes: INCLUDES,
+                definitions: &[],
+                targets: &[FrontSphere::FORMAT],
+                pixels: Pixels::Marked,
+            })?,
+            tiles: pipeline(gpu, shader!("ssfr/tiles")),
         };
         passes.fit(gpu, params);
-        passes
+        Ok(passes)
     }
 
     /// Makes what `params` need and lets go of what they do not.
@@ -108,18 +115,9 @@ impl SurfacePasses {
         images: &SurfaceImages,
     ) {
         let size = images.size();
-        recorder.compute(
-            gpu,
-            "ssfr.limit",
-            &self.limit,
-            &[
-                ("camera", camera.clone()),
-                ("scene_distance", scene_distance.bind()),
-                ("nearest", images.nearest.bind()),
-                ("covered", images.covered.bind()),
-            ],
-            Dispatch::Pixels(size),
-        );
+        // Nothing behind the opaque scene can win.
+        recorder.copy_rows(gpu, "ssfr.limit", scene_distance, &images.nearest);
+        images.covered.empty(recorder, gpu, "ssfr.limit");
         let bindings = |page: &PageBindings| {
             vec![
                 ("camera", camera.clone()),
@@ -176,28 +174,25 @@ impl SurfacePasses {
             VisibleRadius::Found => (0.0, 0),
         };
         let uniform = recorder.uniform(&SurfaceUniform { radius_world, is_graded });
-        recorder.compute(
-            gpu,
-            "ssfr.surface",
-            &self.surface,
-            &[
-                ("camera", camera.clone()),
-                ("surface", uniform),
-                ("scene_distance", scene_distance.bind()),
-                ("nearest", images.nearest.bind()),
-                ("radius", images.radius.bind()),
-                ("front", images.front.bind()),
-                ("covered", images.covered.bind()),
-            ],
-            Dispatch::Pixels(size),
-        );
+        let bindings = [
+            ("camera", camera.clone()),
+            ("surface", uniform),
+            ("scene_distance", scene_distance.bind()),
+            ("nearest", images.nearest.bind()),
+            ("radius", images.radius.bind()),
+        ];
+        let targets = [("front", images.front.view())];
+        recorder.picture(gpu, "ssfr.surface", &self.surface, &bindings, &targets, Some(&images.covered));
+        let bindings =
+            [("camera", camera.clone()), ("front", images.front.bind()), ("tiles", images.covered.tiles())];
+        let tiles = Dispatch::Pixels(images.covered.size_in_tiles());
+        recorder.compute(gpu, "ssfr.tiles", &self.tiles, &bindings, tiles);
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::passes::INCLUDES;
 
     #[test]
     fn the_uniform_has_the_layout_of_its_shader() {

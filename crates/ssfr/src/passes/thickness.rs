@@ -1,12 +1,12 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::role::SceneDistance;
+use meniscus_gpu::role::{SceneDistance, TextureRole, Thickness};
 use meniscus_gpu::{
-    Binding, ComputePipeline, Definition, Dispatch, Gpu, HostField, HostStruct, Recorder, Texture, covered,
-    shader,
+    Binding, ComputePipeline, Definition, Dispatch, Gpu, GpuError, HostField, HostStruct, PicturePipeline,
+    Recorder, Texture, shader,
 };
 
 use super::pages::{List, PageDrawing, SplatPipelines, each_page};
-use super::{counted_pipeline, pipeline, pipeline_with};
+use super::{counted_pipeline, covered_pipeline, pipeline_with};
 use crate::splats::Common;
 use crate::{SplatSet, SsfrParams, SurfaceImages};
 
@@ -51,7 +51,7 @@ pub(crate) struct ThicknessPasses {
     smooth: [ComputePipeline; 2],
     /// Where they may not, with what evens out their pattern.
     smooth_wide: [ComputePipeline; 4],
-    upsample: ComputePipeline,
+    upsample: PicturePipeline,
 }
 
 /// The passes that sum.
@@ -86,7 +86,7 @@ impl SumPasses {
 }
 
 impl ThicknessPasses {
-    pub(crate) fn new(gpu: &Gpu) -> Self {
+    pub(crate) fn new(gpu: &Gpu) -> Result<Self, GpuError> {
         let [in_front, bounded, pairs] =
             ["IN_FRONT", "BOUNDED", "PAIRS"].map(|name| Definition { name, value: 1 });
         let sums = |definitions: &[Definition]| {
@@ -98,7 +98,7 @@ impl ThicknessPasses {
             let definitions: Vec<_> = names.iter().map(|&name| Definition { name, value: 1 }).collect();
             pipeline_with(gpu, shader!("ssfr/thickness_smooth"), &definitions)
         };
-        Self {
+        Ok(Self {
             sums: [[sums(&[]), sums(&[bounded])], [sums(&[in_front]), sums(&[in_front, bounded])]],
             smooth: [smooth(&["FIRST"]), smooth(&["COLUMNS", "LAST"])],
             smooth_wide: [
@@ -107,8 +107,8 @@ impl ThicknessPasses {
                 smooth(&["COLUMNS"]),
                 smooth(&["TENT", "COLUMNS", "LAST"]),
             ],
-            upsample: pipeline(gpu, shader!("ssfr/thickness_upsample")),
-        }
+            upsample: covered_pipeline(gpu, shader!("ssfr/thickness_upsample"), &[], Thickness::FORMAT)?,
+        })
     }
 
     #[expect(clippy::too_many_arguments, reason = "inputs and outputs of six passes, each used once")]
@@ -199,19 +199,10 @@ impl ThicknessPasses {
             recorder.compute(gpu, "ssfr.thickness_smooth", pipeline, &bindings, pixels);
             current = smoothed.bind();
         }
-        recorder.compute(
-            gpu,
-            "ssfr.thickness_upsample",
-            &self.upsample,
-            &[
-                ("thickness", thickness),
-                ("front", images.front.bind()),
-                ("smoothed", current),
-                ("length_world", images.thickness.bind()),
-                ("covered_pixels", images.covered.bind()),
-            ],
-            covered::dispatch(images.size()),
-        );
+        let bindings = [("thickness", thickness), ("front", images.front.bind()), ("smoothed", current)];
+        let targets = [("length_world", images.thickness.view())];
+        let covered = Some(&images.covered);
+        recorder.picture(gpu, "ssfr.thickness_upsample", &self.upsample, &bindings, &targets, covered);
     }
 }
 

@@ -144,6 +144,7 @@ pub fn render_together(
         radius: front.iter().map(|sphere| sphere[1]).collect(),
         thickness: images.thickness.read(gpu).unwrap(),
         normal: images.normal.read(gpu).unwrap(),
+        covered_pixels: images.covered_pixels(gpu).unwrap(),
     };
     (frame, costs)
 }
@@ -238,6 +239,7 @@ pub struct Frame {
     pub radius: Vec<f32>,
     pub thickness: Vec<f32>,
     pub normal: Vec<u32>,
+    pub covered_pixels: u32,
 }
 
 pub fn params(filter: &str, scale: u32, smoothing: f32) -> SsfrParams {
