@@ -125,8 +125,8 @@ impl Covered {
         self.mask.view()
     }
 
-    /// After a pass that made another mask, or on GPUs another list.
-    pub(crate) fn is_marked(&self, gpu: &Gpu) {
+    /// Notes that a pass made another mask, or on GPUs another list.
+    pub(crate) fn note_marks(&self, gpu: &Gpu) {
         self.is_listed.store(gpu.computes_pictures(), Ordering::Relaxed);
     }
 }

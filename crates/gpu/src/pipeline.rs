@@ -465,15 +465,10 @@ fn reflect(
                 return Err(fail(format!("binding {name} is of an unsupported kind: {space:?} {inner:?}")));
             }
         };
-        // Not every device lets vertex stages write; none of ours does.
-        let is_written = matches!(
-            ty,
-            wgpu::BindingType::Buffer { ty: wgpu::BufferBindingType::Storage { read_only: false }, .. }
-        );
-        let visibility = if is_written { visibility - wgpu::ShaderStages::VERTEX } else { visibility };
         slots.push(Slot { name, index: binding.binding });
         entries.push(wgpu::BindGroupLayoutEntry { binding: binding.binding, visibility, ty, count: None });
     }
+    // Raster stages may not write storage from the vertex stage on every device; none of ours does.
     let layout = device.create_bind_group_layout(&wgpu::BindGroupLayoutDescriptor {
         label: Some(shader),
         entries: &entries,

@@ -390,7 +390,7 @@ impl Recorder {
         covered: Option<&Covered>,
     ) {
         if let (Pixels::Marked, Some(covered)) = (picture.pixels, covered) {
-            covered.is_marked(gpu);
+            covered.note_marks(gpu);
         }
         match &picture.form {
             PictureForm::Compute(pipeline) => {
