@@ -85,8 +85,8 @@ impl Covered {
         self.list.bind()
     }
 
-    /// Room for the list.
-    pub fn room(&self) -> Binding {
+    /// Room for the list, for the pass that makes it.
+    pub(crate) fn room(&self) -> Binding {
         self.list.bind()
     }
 
@@ -125,9 +125,9 @@ impl Covered {
         self.mask.view()
     }
 
-    /// Notes that a pass made another mask, or on GPUs another list.
-    pub(crate) fn note_marks(&self, gpu: &Gpu) {
-        self.is_listed.store(gpu.computes_pictures(), Ordering::Relaxed);
+    /// Notes that a pass made another mask or, if it `is_listed`, another list.
+    pub(crate) fn note_marks(&self, is_listed: bool) {
+        self.is_listed.store(is_listed, Ordering::Relaxed);
     }
 }
 

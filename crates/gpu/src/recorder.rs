@@ -390,18 +390,20 @@ impl Recorder {
         covered: Option<&Covered>,
     ) {
         if let (Pixels::Marked, Some(covered)) = (picture.pixels, covered) {
-            covered.note_marks(gpu);
+            covered.note_marks(matches!(picture.form, PictureForm::Compute(_)));
         }
         match &picture.form {
             PictureForm::Compute(pipeline) => {
                 let Some((_, target)) = targets.first() else { return };
                 let wgpu::Extent3d { width, height, .. } = target.texture().size();
-                let dispatch = match (picture.pixels, covered) {
-                    (Pixels::Covered, Some(covered)) => covered.dispatch(),
-                    _ => Dispatch::Pixels([width, height]),
+                let all = Dispatch::Pixels([width, height]);
+                let (dispatch, list) = match (picture.pixels, covered) {
+                    (Pixels::Covered, Some(covered)) => (covered.dispatch(), Some(covered.list(self, gpu))),
+                    (Pixels::Marked, Some(covered)) => (all, Some(covered.room())),
+                    _ => (all, None),
                 };
                 let written = targets.iter().map(|&(name, view)| (name, Binding::Texture(view.clone())));
-                let list = covered.map(|covered| ("covered", covered.room()));
+                let list = list.map(|list| ("covered", list));
                 let bindings: Vec<_> = bindings.iter().cloned().chain(written).chain(list).collect();
                 self.compute(gpu, name, pipeline, &bindings, dispatch);
             }
