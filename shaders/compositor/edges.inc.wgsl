@@ -21,4 +21,4 @@ struct Smoothing {
 
 // Least contrast that is treated, absolute and relative to the brightest neighbour.
 const MIN_CONTRAST: f32 = 0.035;
-const RELATIVE_CONTRAST: f32 = 0.11;
+const RELATIVE_CONTRAST: f32 = 0.085;

@@ -135,7 +135,8 @@ fn anti_aliasing_follows_its_twin() {
         let pixels: Vec<[f32; 4]> = (0..size[0] * size[1])
             .map(|i| {
                 let (x, y) = (i % size[0], i / size[0]);
-                let level = |n: u32| [0.02, 0.1, 0.35, 0.7][(n % 4) as usize];
+                // None whose brightness is so near the middle of two steps that both sides might round it differently.
+                let level = |n: u32| [0.02, 0.11, 0.33, 0.72][(n % 4) as usize];
                 // Stairs of several slopes, and a pixel here and there that has the colour of none.
                 let a = (x / 3 + y) / 7 + (2 * x / 5 + 3 * y) / 11;
                 let lone = if (x * 7 + y * 13) % 29 == 0 { 2 } else { 0 };
@@ -175,6 +176,28 @@ fn alpha_is_coverage_only_on_request_and_one_pixel_is_enough() {
         let pixels = display(&gpu, [1, 1], &[[0.2, 0.3, 0.4, 0.25]], &parameters);
         assert_eq!(pixels[0][3], alpha);
     }
+}
+
+/// The thin edge of water on the default ground, both as bright to the eye, is a staircase that shows; the joints of the ground, which are
+/// grey and averaged over pixels already, stay sharp.
+#[test]
+fn anti_aliasing_finds_the_edge_of_pale_water_and_leaves_the_joints_of_the_ground() {
+    let gpu = gpu();
+    let parameters = CompositorParameters { tone_curve: ToneCurve::Clip, ..Default::default() };
+    let light = |[r, g, b]: [u8; 3]| {
+        let [r, g, b] = [r, g, b].map(|c| meniscus_core::srgb::decode(f32::from(c) / 255.0));
+        [r, g, b, 1.0]
+    };
+    let reds = |other: [u8; 3]| {
+        let shows = |i: usize| if 4 * (i / 64) < i % 64 + 100 { [222, 218, 214] } else { other };
+        let pixels: Vec<[f32; 4]> = (0..64 * 64).map(|i| light(shows(i))).collect();
+        let pixels = display(&gpu, [64, 64], &pixels, &parameters);
+        // Dither is one step.
+        let between = |p: &&[u8; 4]| p[0] > other[0] + 3 && p[0] < 219;
+        pixels.iter().filter(between).count()
+    };
+    let (water, joint) = (reds([186, 209, 213]), reds([198, 195, 192]));
+    assert!(water > 30 && joint == 0, "{water} pixels between water and ground, {joint} beside joints");
 }
 
 /// A transparent picture is laid over another one: a staircase in alpha shows there, whatever the colours do.

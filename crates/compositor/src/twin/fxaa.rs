@@ -3,7 +3,8 @@
 use glam::{IVec2, Vec4};
 
 const MIN_CONTRAST: f32 = 0.035;
-const RELATIVE_CONTRAST: f32 = 0.11;
+const RELATIVE_CONTRAST: f32 = 0.085;
+const WEIGHTS: [f32; 2] = [0.8, 0.2];
 const SEARCH: i32 = 10;
 
 /// A picture and its brightness, row by row from the top left.
@@ -27,7 +28,7 @@ impl Picture<'_> {
     /// Brightness in steps, 0 to 255, whole numbers: with the same ties as on the GPU.
     fn luma(&self, pixel: IVec2) -> f32 {
         let color = self.at(pixel);
-        let luma = color.truncate().dot([0.299, 0.587, 0.114].into());
+        let luma = color.truncate().truncate().dot(WEIGHTS.into());
         (255.0 * if self.transparent { (luma + 0.5 * color.w) / 1.5 } else { luma }).round()
     }
 
