@@ -1,7 +1,7 @@
 #define_import_path meniscus::covered
 
-// The pixels that show fluid, in no particular order: passes that work on the surface only run over this list, because a
-// software driver pays for lanes that have nothing to do.
+// The pixels that show fluid, in no particular order, for computed passes that work on the surface only: lanes that have nothing to do
+// would cost as much as others. Where pictures are drawn a mask does that, and the list is made for passes that ask for it.
 struct CoveredPixels {
     count: u32,
     // x in the low, y in the high 16 bits.

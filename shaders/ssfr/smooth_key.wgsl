@@ -1,6 +1,6 @@
 // Distances to keys, on which the smoothing passes work; with PAPER they are the distances themselves. Gaps are there already.
 #import meniscus::camera::Camera
-#import meniscus::key::{GAP, is_surface, key_of}
+#import meniscus::key::{is_surface, key_of}
 #ifdef HARDWARE
 #import meniscus::covered::{CoveredPixels, unpack_pixel}
 #else
