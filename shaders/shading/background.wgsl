@@ -1,10 +1,19 @@
-// Sky and floor, ray cast: what the objects of the scene are drawn over.
+// Sky and floor, ray cast: what the objects of the scene are drawn over. FLOORLESS: of scenes without a floor, which software drivers
+// would go through in vain.
 
 #import meniscus::camera::Camera
 #import meniscus::picture::corner
+#ifdef FLOORLESS
+#import meniscus::scene_point::{storable, world_ray}
+#else
 #import meniscus::scene_point::{storable, surface_radiance, world_ray}
+#endif
 #import meniscus::surface::NO_SURFACE
+#ifdef FLOORLESS
+#import meniscus::surroundings::{Surroundings, far_radiance}
+#else
 #import meniscus::surroundings::{Surroundings, trace_floor, far_radiance}
+#endif
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> surroundings: Surroundings;
@@ -16,12 +25,14 @@ struct Target {
 
 fn seen_in(pixel: vec2<u32>) -> Target {
     let ray = world_ray(camera, vec2<f32>(pixel) + 0.5);
+#ifndef FLOORLESS
     let reach = trace_floor(surroundings, ray.origin, ray.direction);
     if reach < NO_SURFACE {
         let distance = reach / ray.per_distance;
         let color = surface_radiance(camera, surroundings, ray, distance, surroundings.sky.up, surroundings.floor);
         return Target(vec4(color, 1.0), distance);
     }
+#endif
     return Target(vec4(storable(far_radiance(surroundings, ray.direction)), 0.0), NO_SURFACE);
 }
 

@@ -13,10 +13,11 @@ use meniscus_gpu::{
 };
 use meniscus_scene::{Scene, Sides};
 
-use crate::pictured::Pictured;
+use crate::pictured::{Pictured, SHADOWED};
 use crate::{EnvironmentMap, INCLUDES, MaterialUniform, ShadingError, SunView, Surroundings};
 
 pub(crate) const BACKGROUND: Shader = shader!("shading/background");
+const FLOORLESS: Definition = Definition { name: "FLOORLESS", value: 1 };
 const OBJECTS: Shader = shader!("shading/objects");
 
 /// A vertex of an object; WGSL: `SceneVertex` in `shaders/shading/objects.wgsl`.
@@ -192,7 +193,12 @@ impl ScenePass {
         let surroundings = scene.surroundings();
         let shadowed = shadows.is_some();
         let compile = |defined: &_| compile_background(gpu, defined);
-        let pipeline = self.background.choose_shadowed(gpu, surroundings, shadowed, compile);
+        let kinds = match surroundings.has_floor {
+            // Nothing that a shadow could fall on.
+            0 => [None, Some(FLOORLESS), None],
+            _ => [shadowed.then_some(SHADOWED), None, None],
+        };
+        let pipeline = self.background.choose(gpu, surroundings, kinds, compile);
         let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(surroundings)),

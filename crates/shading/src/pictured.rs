@@ -14,7 +14,7 @@ pub(crate) struct Pictured<P> {
 }
 
 const PICTURED: Definition = Definition { name: "PICTURED", value: 1 };
-const SHADOWED: Definition = Definition { name: "SHADOWED", value: 1 };
+pub(crate) const SHADOWED: Definition = Definition { name: "SHADOWED", value: 1 };
 
 impl<P> Pictured<P> {
     /// `compile` makes the pass with these definitions.

@@ -215,6 +215,33 @@ fn a_picture_of_the_surroundings_is_the_background() {
     }
 }
 
+/// Straight down there is the floor, or ground where there is none.
+#[test]
+fn without_a_floor_the_background_is_sky_and_ground() {
+    let mut scene = tiled_scene();
+    scene.objects.clear();
+    let up = UpFrame::new(scene.up);
+    let camera = Camera {
+        eye: 2.0 * up.up,
+        target: Vec3::ZERO,
+        up: up.world(0.0, 1.0, 0.0),
+        projection: Projection::Perspective { fovy_rad: 0.1 },
+        near: 0.01,
+    };
+    let mut middle = |floor| {
+        scene.floor = floor;
+        let drawn = scene_colors(&CameraUniform::new(&camera, SIZE), &scene, NO_SURFACE);
+        (drawn[drawn.len() / 2 + SIZE[0] as usize / 2], Surroundings::new(&scene).sky.ground)
+    };
+    let floor = tiled_scene().floor;
+    assert!(floor.is_some());
+    assert_eq!(middle(floor).0[3], 1.0, "a floor");
+    let (seen, ground) = middle(None);
+    // Half precision.
+    assert!((0..3).all(|c| (seen[c] / ground[c] - 1.0).abs() < 1e-3), "{seen:?}, expected {ground:?}");
+    assert_eq!(seen[3], 0.0, "nothing that water could stand on");
+}
+
 /// Sky and floor are a triangle on software drivers and a compute pass on GPUs, of the same source.
 #[test]
 fn the_background_is_the_same_computed_and_drawn() {
