@@ -76,7 +76,7 @@ fn draw(grid: Grid, splat: Splat, origin: Strip, lane: u32) -> u32 {
     }
 #endif
     let part = part_of(origin, box.first, box.last, lane);
-    // Chord of each pixel as in `chord_at`, with what is constant along a row or a splat taken out of the loops.
+    // Chord of each pixel as in `chord_at`, with what is constant for a splat taken out of the loop.
     let d = splat.center.z;
     let lift = mix(1.0, d, grid.perspective);
     let plane_first = grid.first + vec2<f32>(part.first) * grid.step;
@@ -93,33 +93,30 @@ fn draw(grid: Grid, splat: Splat, origin: Strip, lane: u32) -> u32 {
     let columns = part.last.x - part.first.x;
     let row_step = u32(part.step.y * (grid.last_px.x + 1));
     var row = u32(part.first.y) * u32(grid.last_px.x + 1) + u32(part.first.x);
-    var o_y = o_first.y;
-    var s_y = s_first.y;
-    for (var y = part.first.y; y <= part.last.y; y += part.step.y) {
-        let inside = radius_squared - o_y * o_y;
-        let k_y = o_y * s_y;
-        let a_y = 1.0 + s_y * s_y;
-        var o_x = o_first.x;
-        var s_x = s_first.x;
-        for (var x = 0; x <= columns; x += part.step.x) {
-            let pixel = row + u32(x);
-            let stored = atomicLoad(&nearest[pixel]);
-            // The sphere's nearest point is behind what is there: nothing to win.
-            if stored > front_bits {
-                let a = a_y + s_x * s_x;
-                let k = k_y + o_x * s_x;
-                let reachable = max(k * k + a * (inside - o_x * o_x), floor_squared);
-                let bits = graded(max(d - (k + sqrt(reachable)) / a, front), grade);
-                if reachable >= 0.0 && bits < stored {
-                    atomicMin(&nearest[pixel], bits);
-                }
+    var o = o_first;
+    var s = s_first;
+    var x = 0;
+    // One loop, not two: lanes whose splats have other numbers of rows and columns wait less for each other.
+    for (var y = part.first.y; y <= part.last.y;) {
+        let pixel = row + u32(x);
+        let stored = atomicLoad(&nearest[pixel]);
+        // The sphere's nearest point is behind what is there: nothing to win.
+        if stored > front_bits {
+            let a = 1.0 + s.y * s.y + s.x * s.x;
+            let k = o.y * s.y + o.x * s.x;
+            let reachable = max(k * k + a * (radius_squared - o.y * o.y - o.x * o.x), floor_squared);
+            let bits = graded(max(d - (k + sqrt(reachable)) / a, front), grade);
+            if reachable >= 0.0 && bits < stored {
+                atomicMin(&nearest[pixel], bits);
             }
-            o_x += o_step.x;
-            s_x += s_step.x;
         }
-        row += row_step;
-        o_y += o_step.y;
-        s_y += s_step.y;
+        x += part.step.x;
+        let is_end = x > columns;
+        x = select(x, 0, is_end);
+        y += select(0, part.step.y, is_end);
+        row += select(0u, row_step, is_end);
+        o = select(vec2(o.x + o_step.x, o.y), vec2(o_first.x, o.y + o_step.y), is_end);
+        s = select(vec2(s.x + s_step.x, s.y), vec2(s_first.x, s.y + s_step.y), is_end);
     }
     return part.visited;
 }

@@ -41,7 +41,8 @@ const NO_ROW: i32 = -1;
 const COLUMNS: u32 = 16u;
 const ROWS: u32 = 4u;
 
-// What an invocation draws of a rectangle of pixels: every `step` from `first` to `last`; nothing where `last` < `first`.
+// What an invocation draws of a rectangle of pixels: every `step` from `first` to `last`; nothing where `last.y` < `first.y`, else at least
+// one.
 struct Part {
     first: vec2<i32>,
     last: vec2<i32>,
@@ -81,6 +82,9 @@ fn part_of(origin: Strip, first: vec2<i32>, last: vec2<i32>, lane: u32) -> Part 
 #ifdef STRIPS
     let end = min(origin.first_row + rows_of_strip(size.x) - 1, last.y);
     let begin = vec2(first.x, origin.first_row) + vec2<i32>(vec2(lane % COLUMNS, lane / COLUMNS));
+    if begin.x > last.x {
+        return nothing;
+    }
     let visited = select(0u, u32(size.x * (end - origin.first_row + 1)), lane == 0u);
     return Part(begin, vec2(last.x, end), vec2<i32>(vec2(COLUMNS, ROWS)), visited);
 #else
