@@ -68,9 +68,9 @@ struct BenchSpread {
 
 const THEIRS: [(&str, &str); 2] = [("VTK, tuned", "tuned"), ("VTK, as it comes", "default")];
 
-/// The bare row has what VTK draws and nothing else: water over a sky, no floor, no shadow, no anti-aliasing. Those with VTK's
-/// lighting have its composite, over our floor.
-const OURS: [(&str, &[&str]); 5] = [
+/// The bare rows have what VTK draws and nothing else: water over a sky, no floor, no shadow, no anti-aliasing. Those with VTK's
+/// lighting have its composite, over our floor unless bare.
+const OURS: [(&str, &[&str]); 7] = [
     ("meniscus", &[]),
     (
         "meniscus, bare",
@@ -79,6 +79,14 @@ const OURS: [(&str, &[&str]); 5] = [
     ("meniscus, --lod 0.3", &["--lod", "0.3"]),
     ("meniscus, vtk lighting", &["--lighting", "vtk"]),
     ("meniscus, vtk lighting, --lod 0.3", &["--lighting", "vtk", "--lod", "0.3"]),
+    (
+        "meniscus, vtk lighting, bare",
+        &["--lighting", "vtk", "--scene", "bare.toml", "--param", "post.anti_aliasing=false"],
+    ),
+    (
+        "meniscus, vtk lighting, bare, --lod 0.3",
+        &["--lighting", "vtk", "--scene", "bare.toml", "--param", "post.anti_aliasing=false", "--lod", "0.3"],
+    ),
 ];
 
 const BARE_SCENE: &str = "[floor]\nvisible = false\n";
