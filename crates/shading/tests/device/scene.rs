@@ -245,14 +245,22 @@ fn without_a_floor_the_background_is_sky_and_ground() {
 /// Sky and floor are a triangle on software drivers and a compute pass on GPUs, of the same source.
 #[test]
 fn the_background_is_the_same_computed_and_drawn() {
+    let distances = computed_as_drawn(&tiled_scene(), &[]);
+    assert!(distances.contains(&NO_SURFACE) && distances.iter().any(|d| *d < 10.0));
+    let floorless = Scene { floor: None, ..tiled_scene() };
+    let distances = computed_as_drawn(&floorless, &[Definition { name: "FLOORLESS", value: 1 }]);
+    assert!(distances.iter().all(|d| *d == NO_SURFACE));
+}
+
+/// Checks that the background of `scene`, compiled with `definitions` where it is computed, is as it is drawn; its distances.
+fn computed_as_drawn(scene: &Scene, definitions: &[Definition]) -> Vec<f32> {
     let gpu = gpu();
-    let scene = tiled_scene();
     let camera = CameraUniform::new(&cameras()[0], SIZE);
-    let drawn = draw_scene(&gpu, &camera, &scene, None);
+    let drawn = draw_scene(&gpu, &camera, scene, None);
     let computed = PicturePipeline::computed(
         gpu.compute_pipeline(&ComputePipelineDescriptor {
             includes: INCLUDES,
-            definitions: &[Definition { name: "HARDWARE", value: 1 }],
+            definitions: &[definitions, &[Definition { name: "HARDWARE", value: 1 }]].concat(),
             ..ComputePipelineDescriptor::new(shader!("shading/background"))
         })
         .unwrap(),
@@ -263,7 +271,7 @@ fn the_background_is_the_same_computed_and_drawn() {
     let mut recorder = Recorder::new(&gpu, Timing::Stamps);
     let bindings = [
         ("camera", recorder.uniform(&camera)),
-        ("surroundings", recorder.uniform(&Surroundings::new(&scene))),
+        ("surroundings", recorder.uniform(&Surroundings::new(scene))),
     ];
     let targets = [("scene_color", color.view()), ("scene_distance", distance.view())];
     recorder.picture(&gpu, "test.background", &computed, &bindings, &targets, None);
@@ -274,10 +282,10 @@ fn the_background_is_the_same_computed_and_drawn() {
         let is_near = |(a, b): (&f32, &f32)| (a - b).abs() <= Radiance::ROUNDING * a.max(*b);
         assert!(std::iter::zip(drawn, computed).all(is_near), "pixel {pixel}: {drawn:?}, {computed:?}");
     }
-    let distances = [drawn.1, distance].map(|distance| distance.read(&gpu).unwrap());
-    assert!(distances[0].contains(&NO_SURFACE) && distances[0].iter().any(|d| *d < 10.0));
-    for (drawn, computed) in std::iter::zip(&distances[0], &distances[1]) {
+    let [drawn, computed] = [drawn.1, distance].map(|distance| distance.read(&gpu).unwrap());
+    for (drawn, computed) in std::iter::zip(&drawn, &computed) {
         // Single precision, in another order.
         assert!((drawn - computed).abs() <= 1e-5 * drawn, "{drawn}, {computed}");
     }
+    drawn
 }
