@@ -3,17 +3,9 @@
 
 #import meniscus::camera::Camera
 #import meniscus::picture::corner
-#ifdef FLOORLESS
-#import meniscus::scene_point::{storable, world_ray}
-#else
 #import meniscus::scene_point::{storable, surface_radiance, world_ray}
-#endif
 #import meniscus::surface::NO_SURFACE
-#ifdef FLOORLESS
-#import meniscus::surroundings::{Surroundings, far_radiance}
-#else
 #import meniscus::surroundings::{Surroundings, trace_floor, far_radiance}
-#endif
 
 @group(0) @binding(0) var<uniform> camera: Camera;
 @group(0) @binding(1) var<uniform> surroundings: Surroundings;
