@@ -1,4 +1,4 @@
-//! From which radius on triangles would be faster than the compute passes: the nearest sphere of each pixel both ways, for radii from
+//! From which radius on triangles are faster than the compute passes: the nearest sphere of each pixel both ways, for radii from
 //! 0.6 to 40 px with about as many splat pixels in all, and for dust beside a few spheres before the lens. The last line is the answer for
 //! the adapter in use.
 //!
@@ -10,18 +10,18 @@ use criterion::{Criterion, criterion_group, criterion_main};
 
 /// `None` where a filter leaves the case out, or nothing is measured.
 fn times<'w>(stage: &mut Stage, time: &GpuTime, case: &Case, contest: &Contest<'w>) -> Option<Times> {
-    let mut measure = |name, passes, record: fn(&Contest<'w>, &mut _, &_)| {
+    let mut measure = |name, record: fn(&Contest<'w>, &mut _, &_)| {
         stage.gpu(
             time,
-            ([name, &case.name], passes),
+            ([name, &case.name], Contest::PASSES),
             case.particles() as u64,
             || contest,
             |contest| Some(contest.bytes()),
             |contest, recorder, gpu| record(contest, recorder, gpu),
         )
     };
-    let compute = measure("compute", Contest::COMPUTE, Contest::record_compute);
-    let triangles = measure("triangles", Contest::TRIANGLES, Contest::record_triangles);
+    let compute = measure("compute", Contest::record_compute);
+    let triangles = measure("triangles", Contest::record_triangles);
     Some(Times { compute: compute?, triangles: triangles? })
 }
 

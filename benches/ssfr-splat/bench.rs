@@ -17,7 +17,7 @@ fn bytes(view: &View) -> u64 {
 
 fn splat(criterion: &mut Criterion) {
     let time = GpuTime::open();
-    let passes = bench_ssfr_splat::Stage::new(time.gpu());
+    let passes = bench_ssfr_splat::Stage::new(time.gpu(), Default::default());
     let mut stage = Stage::new(criterion, "ssfr-splat");
     for view in bench_views::views(View::all()) {
         let splats = OnceCell::new();

@@ -2,7 +2,7 @@
 #import meniscus::camera::Camera
 #import meniscus::particle::PackedParticle
 #import meniscus::shape::unpack_shape
-#import meniscus::splat::{SplatSet, Splat, Grid, SurfacePixels, splat_of, rectangle, pixels_of}
+#import meniscus::splat::{SplatSet, Splat, Grid, Outline, SurfacePixels, splat_of, rectangle, pixels_of}
 
 // A particle that is drawn as an ellipsoid. Everything in x, y of view space and distance along the view axis.
 struct Ellipsoid {
@@ -14,6 +14,7 @@ struct Ellipsoid {
     xx: f32,
     yy: f32,
     dd: f32,
+    xy: f32,
     xd: f32,
     yd: f32,
 }
@@ -59,6 +60,7 @@ fn ellipsoid_of(camera: Camera, splats: SplatSet, particle: PackedParticle, keep
         dot(rows[0], rows[0]),
         dot(rows[1], rows[1]),
         dot(rows[2], rows[2]),
+        dot(rows[0], rows[1]),
         dot(rows[0], rows[2]),
         dot(rows[1], rows[2]),
     );
@@ -74,9 +76,9 @@ fn is_ellipsoid_drawn(camera: Camera, ellipsoid: Ellipsoid) -> bool {
     return ellipsoid.splat.radius > 0.0 && front_of(ellipsoid) >= camera.near_world;
 }
 
-// Pixels that the ellipsoid is drawn to. Its exact bounding rectangle: planes through the eye that touch it (algorithms.md 1.2),
-// multiplied out, so that nothing of the order of distance to the fourth is subtracted.
-fn ellipsoid_pixels(grid: Grid, ellipsoid: Ellipsoid) -> SurfacePixels {
+// Its exact outline: planes through the eye that touch it (algorithms.md 1.2), multiplied out, so that nothing of the order of distance
+// to the fourth is subtracted.
+fn ellipsoid_outline(grid: Grid, ellipsoid: Ellipsoid) -> Outline {
     let center = ellipsoid.splat.center;
     let own = vec2(ellipsoid.xx, ellipsoid.yy);
     let d = center.z;
@@ -84,12 +86,21 @@ fn ellipsoid_pixels(grid: Grid, ellipsoid: Ellipsoid) -> SurfacePixels {
     let across = vec2(ellipsoid.xd, ellipsoid.yd);
     let inverse = 1.0 / (d * d - dd);
     let square = d * d * own - 2.0 * d * center.xy * across + center.xy * center.xy * dd + across * across - own * dd;
+    let mixed = d * d * ellipsoid.xy - d * (center.x * across.y + center.y * across.x) + center.x * center.y * dd
+        + across.x * across.y - ellipsoid.xy * dd;
     // Selected, not branched on: see `footprint`.
     let is_perspective = grid.perspective > 0.0;
     let middle = select(center.xy, (center.xy * d - across) * inverse, is_perspective);
-    let half = select(sqrt(own), sqrt(max(square, vec2(0.0))) * inverse, is_perspective);
-    let point = select(center.xy, center.xy / d, is_perspective);
-    return pixels_of(grid, rectangle(grid, middle, half, point));
+    let reach = select(own, max(square, vec2(0.0)) * (inverse * inverse), is_perspective);
+    return Outline(middle, reach.x, select(ellipsoid.xy, mixed * (inverse * inverse), is_perspective), reach.y);
+}
+
+// Pixels that the ellipsoid is drawn to.
+fn ellipsoid_pixels(grid: Grid, ellipsoid: Ellipsoid) -> SurfacePixels {
+    let outline = ellipsoid_outline(grid, ellipsoid);
+    let center = ellipsoid.splat.center;
+    let point = select(center.xy, center.xy / center.z, grid.perspective > 0.0);
+    return pixels_of(grid, rectangle(grid, outline.middle, sqrt(vec2(outline.xx, outline.yy)), point));
 }
 
 // Line of sight at `s` per distance, `o` from the centre where it is as far as that, against the ellipsoid; both mapped by

@@ -171,6 +171,28 @@ fn rectangle(grid: Grid, middle: vec2<f32>, half: vec2<f32>, center: vec2<f32>) 
     return Footprint(vec2<i32>(low), vec2<i32>(high), half_px, (center - grid.first) * to_px + 0.5);
 }
 
+// The ellipse in which a splat shows, plane coordinates: its centre, and the matrix of which n . M n is the square of how far it reaches
+// along n.
+struct Outline {
+    middle: vec2<f32>,
+    xx: f32,
+    xy: f32,
+    yy: f32,
+}
+
+// The outline whose bounding rectangle is `footprint`.
+fn outline_of(grid: Grid, splat: Splat) -> Outline {
+    let at = splat.center.xy;
+    let d = splat.center.z;
+    let square = splat.radius * splat.radius;
+    let beyond = d * d - square;
+    let scale = square / (beyond * beyond);
+    let is_perspective = grid.perspective > 0.0;
+    let middle = select(at, at * (d / beyond), is_perspective);
+    let reach = select(vec2(square), (at * at + beyond) * scale, is_perspective);
+    return Outline(middle, reach.x, select(0.0, at.x * at.y * scale, is_perspective), reach.y);
+}
+
 // Pixels that a splat is drawn to: its footprint, or the one pixel that holds its centre.
 struct SurfacePixels {
     first: vec2<i32>,

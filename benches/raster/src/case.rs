@@ -3,7 +3,7 @@ use glam::{DVec3, Vec2, Vec3};
 use meniscus_core::{Camera, DEFAULT_RADIUS_PER_SPACING, Projection};
 
 /// Radii measured, pixels.
-const RADII_PX: [f32; 7] = [0.6, 1.25, 2.5, 5.0, 10.0, 20.0, 40.0];
+const RADII_PX: [f32; 8] = [0.6, 1.25, 2.5, 5.0, 10.0, 14.0, 20.0, 40.0];
 /// Pixels of all splats of a case together: a little more than four layers over the picture.
 const SPLAT_PX: f32 = 4e6;
 /// Most particles of a case; fewer pixels then.

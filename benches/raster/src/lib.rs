@@ -1,32 +1,31 @@
-//! Splats two ways: as the surface stage draws them, by compute passes, and as triangles, one per particle, with a depth buffer. The
-//! figures say from which radius on triangles would be worth a path of their own on an adapter.
+//! Splats both ways that the surface stage can draw them: by compute passes, and as triangles, one per particle. The figures say from which
+//! radius on triangles are faster on an adapter: [`SplatParams::triangles_from_px`].
 
 mod agreement;
 mod case;
 mod figures;
-mod triangles;
 
 use bench_ssfr_splat::{Splats, Stage};
 use bench_views::GpuTime;
 use meniscus_gpu::role::PackedParticle;
 use meniscus_gpu::{Gpu, Recorder};
+use meniscus_ssfr::SplatParams;
 
 pub use agreement::Agreement;
 pub use case::Case;
 pub use figures::{Row, Times, crossover, table};
 
-use triangles::{Target, TrianglePass};
-
 /// Both ways of drawing, compiled.
 pub struct Ways {
-    stage: Stage,
-    triangles: TrianglePass,
+    compute: Stage,
+    triangles: Stage,
 }
 
 impl Ways {
     /// Compiles both.
     pub fn new(gpu: &Gpu) -> Self {
-        Self { stage: Stage::new(gpu), triangles: TrianglePass::new(gpu) }
+        let stage = |from_px| Stage::new(gpu, SplatParams { triangles_from_px: Some(from_px) });
+        Self { compute: stage(f32::MAX), triangles: stage(0.0) }
     }
 }
 
@@ -34,15 +33,12 @@ impl Ways {
 pub struct Contest<'a> {
     ways: &'a Ways,
     splats: Splats,
-    target: Target,
     bytes: u64,
 }
 
 impl<'a> Contest<'a> {
-    /// What the compute passes are called: a depth buffer is cleared in the pass that draws, so that starting the picture counts.
-    pub const COMPUTE: &'static [&'static str] = &["ssfr.limit", "ssfr.depth"];
-    /// What the pass that draws triangles is called.
-    pub const TRIANGLES: &'static [&'static str] = &[TrianglePass::NAME];
+    /// What the passes are called that differ.
+    pub const PASSES: &'static [&'static str] = &["ssfr.limit", "ssfr.depth"];
 
     /// Draws `case` both ways.
     ///
@@ -50,15 +46,15 @@ impl<'a> Contest<'a> {
     /// If the pictures differ: then their times mean nothing.
     pub fn new(time: &GpuTime, ways: &'a Ways, case: &Case) -> Result<Self, Agreement> {
         let (gpu, spheres) = (time.gpu(), case.spheres());
-        let splats = Splats::new(gpu, &ways.stage, &spheres);
-        let mut contest = Self { ways, splats, target: Target::new(gpu, &spheres), bytes: 0 };
-        time.measure(1, &[], |recorder, gpu| {
-            contest.record_compute(recorder, gpu);
-            contest.record_triangles(recorder, gpu);
-        });
-        let front = contest.splats.images().front.read(gpu).expect("the surface");
-        let compute: Vec<f32> = front.into_iter().map(|[distance, _]| distance).collect();
-        let agreement = Agreement::of(&compute, &contest.target.distances(gpu), spheres.radius_world);
+        let mut contest = Self { ways, splats: Splats::new(gpu, &ways.compute, &spheres), bytes: 0 };
+        let distances = |contest: &Self, record: fn(&Self, &mut Recorder, &Gpu)| -> Vec<f32> {
+            time.measure(1, &[], |recorder, gpu| record(contest, recorder, gpu));
+            let front = contest.splats.images().front.read(gpu).expect("the surface");
+            front.into_iter().map(|[distance, _]| distance).collect()
+        };
+        let compute = distances(&contest, Self::record_compute);
+        let triangles = distances(&contest, Self::record_triangles);
+        let agreement = Agreement::of(&compute, &triangles, spheres.radius_world);
         if !agreement.is_enough(gpu.summary().is_software()) {
             return Err(agreement);
         }
@@ -71,14 +67,14 @@ impl<'a> Contest<'a> {
         self.bytes
     }
 
-    /// Records the surface stage.
+    /// Records the surface stage with compute passes only.
     pub fn record_compute(&self, recorder: &mut Recorder, gpu: &Gpu) {
-        self.ways.stage.record_opaque(recorder, gpu, &self.splats);
+        self.ways.compute.record_opaque(recorder, gpu, &self.splats);
     }
 
-    /// Records the triangles.
+    /// Records it with triangles.
     pub fn record_triangles(&self, recorder: &mut Recorder, gpu: &Gpu) {
-        self.ways.triangles.record(recorder, gpu, &self.splats, &self.target);
+        self.ways.triangles.record_opaque(recorder, gpu, &self.splats);
     }
 }
 

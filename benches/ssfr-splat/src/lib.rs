@@ -5,7 +5,7 @@ use meniscus_core::Camera;
 use meniscus_gpu::role::{KeptRange, NO_SURFACE, PackedParticle, Particles, SceneDistance};
 use meniscus_gpu::{CameraUniform, Gpu, Page, RangeList, Recorder, Texture};
 use meniscus_ssfr::{
-    FilterChoice, FilterRegistry, Radii, SplatInput, SplatSet, Ssfr, SsfrParams, SurfaceImages,
+    FilterChoice, FilterRegistry, Radii, SplatInput, SplatParams, SplatSet, Ssfr, SsfrParams, SurfaceImages,
 };
 
 /// Most particles of a range: those of level of detail (`meniscus_lod`) have as many.
@@ -47,10 +47,10 @@ pub struct Stage {
 }
 
 impl Stage {
-    /// Compiles the stage.
-    pub fn new(gpu: &Gpu) -> Self {
+    /// Compiles the stage, which draws splats as `splats` say.
+    pub fn new(gpu: &Gpu, splats: SplatParams) -> Self {
         let filter = FilterChoice { name: "none".into(), ..Default::default() };
-        let params = SsfrParams { filter, ..Default::default() };
+        let params = SsfrParams { splats, filter, ..Default::default() };
         let passes = Ssfr::new(gpu, &FilterRegistry::builtin(), &params).expect("built-in passes");
         Self { params, passes }
     }
@@ -80,6 +80,8 @@ pub struct Splats {
     camera: CameraUniform,
     radius_world: f32,
     volume_world: f32,
+    most_half_px: f32,
+    front_half_px: f32,
 }
 
 impl Splats {
@@ -108,6 +110,7 @@ impl Splats {
         let size = spheres.size;
         let sky = Texture::new(gpu, size).expect("a texture of the picture's size");
         sky.write(gpu, &vec![NO_SURFACE; (size[0] * size[1]) as usize]);
+        let [most_half_px, front_half_px] = half_sizes(spheres);
         Self {
             images: SurfaceImages::new(gpu, size, &stage.params).expect("images of the picture's size"),
             pages,
@@ -115,17 +118,14 @@ impl Splats {
             camera: CameraUniform::new(&spheres.camera, size),
             radius_world: spheres.radius_world,
             volume_world: spheres.spacing_world.powi(3),
+            most_half_px,
+            front_half_px,
         }
     }
 
     /// What the stage makes.
     pub fn images(&self) -> &SurfaceImages {
         &self.images
-    }
-
-    /// The particles, page by page.
-    pub fn pages(&self) -> impl Iterator<Item = &Page<Particles>> {
-        self.pages.iter().map(|(particles, _)| particles)
     }
 
     fn with_set(&self, record: impl FnOnce(SplatSet)) {
@@ -146,8 +146,26 @@ impl Splats {
             radii: Radii::Equal,
             is_uniform_mass: true,
             is_in_front: false,
-            most_half_px: f32::INFINITY,
+            most_half_px: self.most_half_px,
+            front_half_px: self.front_half_px,
             most_thickness: f64::INFINITY,
         });
     }
+}
+
+/// Radii of `spheres` in pixels: a bound of all, stretched outlines towards the corners of the picture included, and the root of the mean
+/// square.
+fn half_sizes(spheres: &Spheres) -> [f32; 2] {
+    /// More than outlines are stretched by in fields of view of up to a right angle.
+    const STRETCH: f32 = 1.8;
+    let Spheres { positions, radius_world, camera, size, .. } = spheres;
+    let view = camera.view_from_world();
+    let half_px = |position: &[f32; 3]| {
+        let distance = -view.transform_point3((*position).into()).z;
+        radius_world * camera.px_per_world(*size, distance.max(camera.near))
+    };
+    let (most, squares) = positions.iter().map(half_px).fold((0.0f32, 0.0f64), |(most, squares), half_px| {
+        (most.max(half_px), squares + f64::from(half_px).powi(2))
+    });
+    [STRETCH * most, (squares / positions.len().max(1) as f64).sqrt() as f32]
 }

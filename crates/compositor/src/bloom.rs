@@ -3,7 +3,7 @@
 use bytemuck::{Pod, Zeroable};
 use meniscus_gpu::role::{BloomLevel, Radiance};
 use meniscus_gpu::{
-    Binding, Definition, DepthUse, Gpu, GpuError, HostField, HostStruct, RasterPipeline,
+    Binding, Definition, DepthUse, Gpu, GpuError, HostField, HostStruct, Overlap, RasterPipeline,
     RasterPipelineDescriptor, Recorder, Shader, Texture, TextureRole, host_fields, shader, wgpu,
 };
 
@@ -99,6 +99,7 @@ impl Bloom {
                 vertex_buffers: &[],
                 targets: &[BloomLevel::FORMAT],
                 depth: DepthUse::None,
+                overlap: Overlap::Last,
             })
         };
         Ok(Self {

@@ -90,6 +90,7 @@ impl Gpu {
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::PIPELINE_CACHE
             | wgpu::Features::FLOAT32_FILTERABLE
+            | wgpu::Features::FLOAT32_BLENDABLE
             | wgpu::Features::SHADER_EARLY_DEPTH_TEST;
         // Where there is one memory for both, large data is written where the GPU reads it (`Buffer::write`). Elsewhere such
         // buffers would lie in memory that the GPU reads slowly.
@@ -191,6 +192,11 @@ impl Gpu {
     /// The device's limits (the adapter's own, all requested).
     pub fn limits(&self) -> &wgpu::Limits {
         &self.limits
+    }
+
+    /// Whether raster passes may keep the least of several floats: [`Overlap::Least`](crate::Overlap::Least).
+    pub fn keeps_least(&self) -> bool {
+        self.features.contains(wgpu::Features::FLOAT32_BLENDABLE)
     }
 
     /// Whether shaders may, and had better, add to words of 64 bits.

@@ -30,8 +30,8 @@ pub use error::GpuError;
 pub use layout::{HostField, HostStruct};
 pub use page::Page;
 pub use pipeline::{
-    ComputePipeline, ComputePipelineDescriptor, DepthUse, PicturePipeline, PicturePipelineDescriptor, Pixels,
-    RasterPipeline, RasterPipelineDescriptor,
+    ComputePipeline, ComputePipelineDescriptor, DepthUse, Overlap, PicturePipeline,
+    PicturePipelineDescriptor, Pixels, RasterPipeline, RasterPipelineDescriptor,
 };
 pub use ranges::RangeList;
 pub use recorder::{Binding, Dispatch, Recorder, Submitted, Timing, process_cpu_ms};

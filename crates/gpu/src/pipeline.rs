@@ -231,6 +231,26 @@ pub struct RasterPipelineDescriptor<'a> {
     pub targets: &'a [wgpu::TextureFormat],
     /// The depth attachment.
     pub depth: DepthUse,
+    /// What becomes of a target where several triangles cover a pixel.
+    pub overlap: Overlap,
+}
+
+/// What a raster pass leaves in pixels that several of its triangles cover.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Overlap {
+    /// What was drawn last and passed the depth test.
+    Last,
+    /// The least of all numbers, what was there before among them; only where the adapter can ([`Gpu::keeps_least`]).
+    Least,
+}
+
+impl Overlap {
+    fn blend(self) -> Option<wgpu::BlendState> {
+        let one = wgpu::BlendFactor::One;
+        let least =
+            wgpu::BlendComponent { src_factor: one, dst_factor: one, operation: wgpu::BlendOperation::Min };
+        (self == Self::Least).then_some(wgpu::BlendState { color: least, alpha: least })
+    }
 }
 
 /// What a raster pass does with its depth attachment.
@@ -355,6 +375,7 @@ impl Gpu {
                 Pixels::Marked => DepthUse::MarksCovered,
                 Pixels::Covered => DepthUse::Covered,
             },
+            overlap: Overlap::Last,
         };
         Ok(PicturePipeline { form: PictureForm::Raster(self.raster_pipeline(&raster)?), pixels })
     }
@@ -373,7 +394,13 @@ impl Gpu {
         let bindings = reflect(&self.device, name, &module, wgpu::ShaderStages::VERTEX_FRAGMENT)?;
         let layout = pipeline_layout(&self.device, name, &bindings);
         let module = shader::module(&self.device, &descriptor.shader, module);
-        let targets: Vec<_> = descriptor.targets.iter().map(|&format| Some(format.into())).collect();
+        let targets: Vec<_> = descriptor
+            .targets
+            .iter()
+            .map(|&format| {
+                Some(wgpu::ColorTargetState { blend: descriptor.overlap.blend(), ..format.into() })
+            })
+            .collect();
         let vertex_buffers: Vec<_> = descriptor.vertex_buffers.iter().cloned().map(Some).collect();
         let pipeline = self.device.create_render_pipeline(&wgpu::RenderPipelineDescriptor {
             label: Some(name),
@@ -397,6 +424,15 @@ impl Gpu {
             cache: self.pipeline_cache(),
         });
         Ok(RasterPipeline { name, pipeline, bindings, depth: descriptor.depth })
+    }
+}
+
+impl Gpu {
+    /// As [`Self::raster_pipeline`] while a frame is recorded, for a pass that few runs draw. Should it not compile, there is none and
+    /// [`Self::wait`] tells why.
+    pub fn late_raster_pipeline(&self, descriptor: &RasterPipelineDescriptor<'_>) -> Option<RasterPipeline> {
+        let pipeline = self.raster_pipeline(descriptor);
+        pipeline.inspect_err(|error| self.passes.errors.report(error.to_string())).ok()
     }
 }
 

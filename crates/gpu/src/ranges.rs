@@ -60,6 +60,11 @@ impl RangeList {
         Ok(())
     }
 
+    /// The runs that the host has written.
+    pub fn ranges(&self) -> &[KeptRange] {
+        self.staged.get(1..).unwrap_or_default()
+    }
+
     /// Runs that the host has written.
     pub fn len(&self) -> usize {
         self.len

@@ -104,6 +104,8 @@ pub struct Selection {
     pub is_uniform_mass: bool,
     /// Half size in pixels that no particle exceeds that counts in the thickness as itself.
     pub most_half_px: f32,
+    /// Sum over what is drawn first of the squared radii in pixels.
+    pub front_square_px: f64,
     /// Thickness that a pixel does not exceed even if all that counts in the thickness is piled up in it, spacings; infinite where
     /// that is not known.
     pub most_thickness: f64,
@@ -112,6 +114,12 @@ pub struct Selection {
 }
 
 impl Selection {
+    /// Radius in pixels of what is drawn first, root of the mean square; 0 where that is nothing.
+    pub fn front_half_px(&self) -> f32 {
+        let count = self.counts.kept - self.counts.tested;
+        (self.front_square_px / count.max(1) as f64).sqrt() as f32
+    }
+
     /// Nothing of `set`.
     fn empty(set: &ChunkedSet) -> Self {
         Self {
@@ -126,6 +134,7 @@ impl Selection {
             is_uniform_surface: !set.has_sizes,
             is_uniform_mass: !set.has_sizes,
             most_half_px: 0.0,
+            front_square_px: 0.0,
             most_thickness: 0.0,
             has_sizes: set.has_sizes,
         }
@@ -137,6 +146,7 @@ impl Selection {
         self.is_uniform_surface &= choice.is_uniform_surface;
         self.is_uniform_mass &= choice.is_uniform_mass;
         self.most_half_px = self.most_half_px.max(choice.most_half_px);
+        self.front_square_px += choice.front_square_px;
         self.most_thickness += choice.most_thickness;
         for part in &choice.parts {
             let kept = u64::from(part.surface.count);
@@ -156,6 +166,7 @@ impl Selection {
             all.is_uniform_surface &= part.is_uniform_surface;
             all.is_uniform_mass &= part.is_uniform_mass;
             all.most_half_px = all.most_half_px.max(part.most_half_px);
+            all.front_square_px += part.front_square_px;
             all.most_thickness += part.most_thickness;
             all.counts.kept += part.counts.kept;
             all.counts.tested += part.counts.tested;
@@ -393,6 +404,7 @@ struct Choice {
     is_uniform_surface: bool,
     is_uniform_mass: bool,
     most_half_px: f32,
+    front_square_px: f64,
     most_thickness: f64,
 }
 
@@ -504,6 +516,7 @@ impl Chooser<'_> {
             is_uniform_surface: is_small || open == KeptRange::KEEP_ALL,
             is_uniform_mass: mass == KeptRange::KEEP_ALL,
             most_half_px: self.most_half_px(candidate, &parts),
+            front_square_px: self.front_square_px(candidate, &parts),
             most_thickness: self.most_thickness(candidate, mass),
             parts,
         }
@@ -536,6 +549,16 @@ impl Chooser<'_> {
             }
         };
         parts.iter().map(of_part).fold(0.0, f32::max)
+    }
+
+    /// Sum of the squared radii in pixels of what is drawn first, each as in the middle of the chunk.
+    fn front_square_px(&self, candidate: &Candidate, parts: &[PartChoice]) -> f64 {
+        let front = parts.iter().filter(|part| part.tested.is_none());
+        let count: u32 = front.map(|part| part.surface.count).sum();
+        let radius_world = self.viewpoint.radius_world * candidate.chunk.largest;
+        let distance = self.view.distance(candidate.chunk.bounds.center());
+        let half_px = f64::from(0.5 * self.view.diameter_px(radius_world, distance));
+        f64::from(count) * half_px * half_px
     }
 
     /// Thickness in spacings that a chunk does not exceed in a pixel if all of it is there; `least_keep` is the smallest keep

@@ -265,6 +265,26 @@ fn a_pile_of_all_is_as_thick_as_was_said() {
 }
 
 #[test]
+fn the_size_of_what_is_drawn_first_is_told() {
+    let set = chunked(&pool([64, 64, 64], 40));
+    for (camera, threshold) in views().into_iter().flat_map(|camera| [(camera, 0.3), (camera, 1.0)]) {
+        let selection = choose(&set, &camera, &at(threshold));
+        let [page] = &selection.pages[..] else { panic!("one page") };
+        let slots = page.front.iter().flat_map(|range| range.first..range.first + range.count);
+        let squares: Vec<f64> = slots
+            .map(|slot| Vec3::from(set.particles[slot as usize].position_world))
+            .map(|at| (at - camera.eye).dot(camera.forward()).max(camera.near))
+            .map(|distance| f64::from(RADIUS * camera.px_per_world(SIZE, distance)).powi(2))
+            .collect();
+        let exact = (squares.iter().sum::<f64>() / squares.len() as f64).sqrt();
+        let told = f64::from(selection.front_half_px());
+        // All particles of a chunk count as the one in its middle: beside the eye that is off by more, which shows what is before it.
+        assert!((told / exact - 1.0).abs() < 0.1, "{told} {exact} at {threshold}, {camera:?}");
+    }
+    assert_eq!(choose(&chunked(&ParticleFrame::default()), &views()[0], &at(1.0)).front_half_px(), 0.0);
+}
+
+#[test]
 fn larger_errors_give_fewer_and_coarser() {
     let set = chunked(&pool([64, 64, 32], 0));
     let camera = views()[0];

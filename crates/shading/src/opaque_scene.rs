@@ -7,9 +7,9 @@ use glam::Vec3;
 use meniscus_core::Aabb;
 use meniscus_gpu::role::{Role, SceneColor, SceneDepth, SceneDistance, TextureRole};
 use meniscus_gpu::{
-    Buffer, CameraUniform, Definition, DepthUse, Gpu, GpuError, HostField, HostStruct, PicturePipeline,
-    PicturePipelineDescriptor, Pixels, RasterPipeline, RasterPipelineDescriptor, Recorder, Shader, Texture,
-    host_fields, shader,
+    Buffer, CameraUniform, Definition, DepthUse, Gpu, GpuError, HostField, HostStruct, Overlap,
+    PicturePipeline, PicturePipelineDescriptor, Pixels, RasterPipeline, RasterPipelineDescriptor, Recorder,
+    Shader, Texture, host_fields, shader,
 };
 use meniscus_scene::{Scene, Sides};
 
@@ -252,6 +252,7 @@ fn compile_objects(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeli
         vertex_buffers: &[],
         targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
         depth: DepthUse::Scene,
+        overlap: Overlap::Last,
     })
 }
 

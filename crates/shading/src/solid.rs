@@ -1,7 +1,7 @@
 use meniscus_gpu::role::{EyeDistance, SceneColor, SceneDistance, SurfaceColor, TextureRole, ViewNormal};
 use meniscus_gpu::{
-    CameraUniform, Definition, DepthUse, Gpu, GpuError, RasterPipeline, RasterPipelineDescriptor, Recorder,
-    Shader, Texture, shader,
+    CameraUniform, Definition, DepthUse, Gpu, GpuError, Overlap, RasterPipeline, RasterPipelineDescriptor,
+    Recorder, Shader, Texture, shader,
 };
 use meniscus_scene::Material;
 
@@ -83,5 +83,6 @@ fn compile(gpu: &Gpu, definitions: &[Definition]) -> Result<RasterPipeline, GpuE
         vertex_buffers: &[],
         targets: &[SceneColor::FORMAT, SceneDistance::FORMAT],
         depth: DepthUse::None,
+        overlap: Overlap::Last,
     })
 }

@@ -23,7 +23,7 @@ pub mod twin;
 pub use error::SsfrError;
 pub use filter::{FilterEntry, FilterImages, FilterRegistry, SurfaceFilter};
 pub use images::SurfaceImages;
-pub use params::{Anisotropy, AnisotropyParams, FilterChoice, SsfrParams, ThicknessParams};
+pub use params::{Anisotropy, AnisotropyParams, FilterChoice, SplatParams, SsfrParams, ThicknessParams};
 pub use passes::{
     ColoredSet, Coloring, FoamSplats, FoamUniform, NO_VALUE, ScaleUniform, ShapePage, ShapePasses, ShapeWork,
 };

@@ -1,3 +1,4 @@
+use meniscus_gpu::Gpu;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -66,6 +67,29 @@ impl ThicknessParams {
 /// Standard deviation in samples up to which the smoothing (`shaders/ssfr/thickness_smooth.wgsl`) has a tap for each: 24 of
 /// them are 2.5 standard deviations.
 const MOST_EVEN_SIGMA: f32 = 24.0 / 2.5;
+
+/// How splats are drawn.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(default, deny_unknown_fields)]
+pub struct SplatParams {
+    /// Half size in pixels, at least 0, of what is drawn first (root of the mean square) from which on it is drawn as triangles, one for
+    /// each splat, and not by compute passes. The picture is the same. `None` for what suits the adapter: [`Self::TRIANGLES_FROM_PX`] on
+    /// software drivers, never on GPUs: an NVIDIA H100 draws no size faster so, and of others nothing is known
+    /// (`cargo bench -p bench-raster` tells).
+    pub triangles_from_px: Option<f32>,
+}
+
+impl SplatParams {
+    /// For software drivers: between 10 px, where triangles take a tenth to a fifth longer, and 14 px, where they take as much less
+    /// (`cargo bench -p bench-raster`, benches/RESULTS.md).
+    pub const TRIANGLES_FROM_PX: f32 = 12.0;
+
+    /// What holds on the adapter of `gpu`; `None` for never.
+    pub(crate) fn triangles_from_px_on(&self, gpu: &Gpu) -> Option<f32> {
+        let of_adapter = gpu.summary().is_software().then_some(Self::TRIANGLES_FROM_PX);
+        self.triangles_from_px.or(of_adapter)
+    }
+}
 
 /// What particles of the shell are drawn as.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -184,6 +208,8 @@ impl AnisotropyParams {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(default, deny_unknown_fields)]
 pub struct SsfrParams {
+    /// Drawing of splats.
+    pub splats: SplatParams,
     /// Smoothing of the surface.
     pub filter: FilterChoice,
     /// Thickness.
@@ -206,6 +232,9 @@ impl SsfrParams {
             });
         }
         check_range("thickness.smoothing", self.thickness.smoothing, 0.0..=10.0, "0 to 10")?;
+        if let Some(from_px) = self.splats.triangles_from_px {
+            check_range("splats.triangles_from_px", from_px, 0.0..=f32::MAX, "at least 0")?;
+        }
         self.anisotropy.validate()
     }
 }
@@ -257,6 +286,9 @@ mod tests {
         assert!(params.validate().unwrap_err().to_string().contains("thickness.scale is 3"));
         params.thickness = ThicknessParams { scale: 1, smoothing: f32::NAN };
         assert!(params.validate().unwrap_err().to_string().contains("thickness.smoothing"));
+        params = SsfrParams::default();
+        params.splats.triangles_from_px = Some(-1.0);
+        assert!(params.validate().unwrap_err().to_string().contains("splats.triangles_from_px is -1"));
         params = SsfrParams::default();
         params.anisotropy.ratio = 0.5;
         assert!(params.validate().unwrap_err().to_string().contains("anisotropy.ratio is 0.5"));

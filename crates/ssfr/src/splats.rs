@@ -64,6 +64,8 @@ pub struct SplatSet<'a> {
     pub is_in_front: bool,
     /// Half size in pixels that none of them exceeds in the picture; infinite where that is not known.
     pub most_half_px: f32,
+    /// Half size in pixels of what is drawn first, root of the mean square: what it costs goes with its pixels.
+    pub front_half_px: f32,
     /// Thickness that a pixel does not exceed even if all of the set is piled up in it, spacings; infinite where that is not known.
     pub most_thickness: f64,
 }

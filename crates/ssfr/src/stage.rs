@@ -23,7 +23,7 @@ impl Ssfr {
         params.validate()?;
         Ok(Self {
             params: params.clone(),
-            surface: SurfacePasses::new(gpu, &params.anisotropy)?,
+            surface: SurfacePasses::new(gpu, params)?,
             thickness: ThicknessPasses::new(gpu)?,
             normal: NormalPass::new(gpu)?,
             filter: filters.create(gpu, &params.filter)?,
@@ -44,7 +44,10 @@ impl Ssfr {
         if params.filter != self.params.filter {
             self.filter = filters.create(gpu, &params.filter)?;
         }
-        self.surface.fit(gpu, &params.anisotropy);
+        let of_splats = |params: &SsfrParams| (params.splats, params.anisotropy.is_on());
+        if of_splats(params) != of_splats(&self.params) {
+            self.surface.fit(gpu, params);
+        }
         self.params = params.clone();
         Ok(())
     }

@@ -8,6 +8,7 @@ mod pages;
 mod shape;
 mod surface;
 mod thickness;
+mod triangles;
 
 use meniscus_gpu::{
     ComputePipeline, ComputePipelineDescriptor, Definition, Gpu, GpuError, PicturePipeline,

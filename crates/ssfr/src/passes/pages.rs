@@ -1,6 +1,6 @@
 //! How the splat passes go over the pages of all sets.
 
-use meniscus_gpu::role::Scratch;
+use meniscus_gpu::role::{KeptRange, Scratch};
 use meniscus_gpu::{
     Binding, Buffer, ComputePipeline, Definition, Dispatch, Gpu, RangeList, Recorder, Shader,
 };
@@ -88,12 +88,14 @@ pub(super) enum List {
 }
 
 /// What a splat pass binds of one page.
-pub(super) struct PageBindings {
+pub(super) struct PageBindings<'a> {
     /// Which page of its set.
     pub(super) index: usize,
     pub(super) splats: Binding,
     pub(super) particles: Binding,
     pub(super) ranges: Binding,
+    /// Those of the list that the host has written.
+    pub(super) runs: &'a [KeptRange],
     /// Of the shapes, where there are any.
     pub(super) shapes: Option<Binding>,
     pub(super) is_uniform: bool,
@@ -104,18 +106,18 @@ pub(super) struct PageBindings {
 
 impl List {
     /// Spheres and ranges of the list, and over which workgroups it is drawn; `None` where the page has no such list.
-    fn of(self, page: &SplatInput<'_>) -> Option<(Binding, Binding, Dispatch)> {
-        let groups = |ranges: &RangeList| Dispatch::Groups(ranges.len() as u64);
+    fn of<'a>(self, page: &SplatInput<'a>) -> Option<(Binding, &'a RangeList, Dispatch)> {
+        let all = |spheres: Binding, ranges: &'a RangeList| {
+            (spheres, ranges, Dispatch::Groups(ranges.len() as u64))
+        };
         let particles = page.particles.bind();
         match self {
-            Self::Front => Some((particles, page.front.bind(), groups(page.front))),
-            Self::Visible => page.tested.map(|tested| {
-                (particles, tested.visible.bind(), Dispatch::Shares(tested.occludees.len() as u64))
-            }),
-            Self::Mass => Some((particles, page.mass.bind(), groups(page.mass))),
-            Self::StandIns => {
-                page.stand_ins.map(|(spheres, ranges)| (spheres.bind(), ranges.bind(), groups(ranges)))
-            }
+            Self::Front => Some(all(particles, page.front)),
+            Self::Visible => page
+                .tested
+                .map(|tested| (particles, tested.visible, Dispatch::Shares(tested.occludees.len() as u64))),
+            Self::Mass => Some(all(particles, page.mass)),
+            Self::StandIns => page.stand_ins.map(|(spheres, ranges)| all(spheres.bind(), ranges)),
         }
     }
 }
@@ -126,7 +128,7 @@ pub(super) fn each_page(
     sets: &[SplatSet<'_>],
     common: &Common,
     list: List,
-    mut record: impl FnMut(&mut Recorder, PageBindings),
+    mut record: impl FnMut(&mut Recorder, PageBindings<'_>),
 ) {
     for set in sets {
         for (index, page) in set.pages.iter().enumerate() {
@@ -154,7 +156,8 @@ pub(super) fn each_page(
                     index,
                     splats,
                     particles,
-                    ranges,
+                    ranges: ranges.bind(),
+                    runs: ranges.ranges(),
                     shapes: page.shapes.map(Buffer::bind),
                     is_uniform,
                     most_half_px: set.most_half_px,

@@ -7,9 +7,10 @@ use meniscus_gpu::{
 
 use super::occlusion::OcclusionPasses;
 use super::pages::{List, PageBindings, PageDrawing, SplatPipelines, are_small, each_page};
+use super::triangles::TrianglePass;
 use super::{INCLUDES, counted_pipeline, pipeline, pipeline_with};
 use crate::splats::{Common, VisibleRadius};
-use crate::{AnisotropyParams, SplatSet, SurfaceImages};
+use crate::{SplatSet, SsfrParams, SurfaceImages};
 
 /// Name of the counter of pixels visited.
 const COUNTER: &str = "splat_pixels_depth";
@@ -35,6 +36,7 @@ pub(crate) struct SurfacePasses {
     small: [SplatPipelines; 2],
     /// Where some may be ellipsoids.
     shaped: Option<SplatPasses>,
+    triangles: Option<TrianglePass>,
     occlusion: OcclusionPasses,
     surface: PicturePipeline,
     tiles: ComputePipeline,
@@ -63,16 +65,22 @@ impl SplatPasses {
     }
 }
 
+fn shaped(gpu: &Gpu, params: &SsfrParams) -> Option<SplatPasses> {
+    let shaped = Definition { name: "SHAPED", value: 1 };
+    params.anisotropy.is_on().then(|| SplatPasses::new(gpu, &[shaped]))
+}
+
 impl SurfacePasses {
-    pub(crate) fn new(gpu: &Gpu, params: &AnisotropyParams) -> Result<Self, GpuError> {
+    pub(crate) fn new(gpu: &Gpu, params: &SsfrParams) -> Result<Self, GpuError> {
         let small = |definitions: &[Definition]| {
             let definitions = [definitions, &[Definition { name: "SMALL", value: 1 }]].concat();
             SplatPipelines::new(gpu, shader!("ssfr/depth"), &definitions, COUNTER)
         };
-        let mut passes = Self {
+        Ok(Self {
             spheres: SplatPasses::new(gpu, &[]),
             small: [small(&[]), small(&[Definition { name: "TESTED", value: 1 }])],
-            shaped: None,
+            shaped: shaped(gpu, params),
+            triangles: TrianglePass::new(gpu, params),
             occlusion: OcclusionPasses::new(gpu),
             surface: gpu.picture_pipeline(&PicturePipelineDescriptor {
                 shader: shader!("ssfr/surface"),
@@ -82,21 +90,17 @@ impl SurfacePasses {
                 pixels: Pixels::Marked,
             })?,
             tiles: pipeline(gpu, shader!("ssfr/tiles")),
-        };
-        passes.fit(gpu, params);
-        Ok(passes)
+        })
     }
 
     /// Makes what `params` need and lets go of what they do not.
-    pub(crate) fn fit(&mut self, gpu: &Gpu, params: &AnisotropyParams) {
-        if params.is_on() != self.shaped.is_some() {
-            let shaped = Definition { name: "SHAPED", value: 1 };
-            self.shaped = params.is_on().then(|| SplatPasses::new(gpu, &[shaped]));
-        }
+    pub(crate) fn fit(&mut self, gpu: &Gpu, params: &SsfrParams) {
+        self.triangles = TrianglePass::new(gpu, params);
+        self.shaped = shaped(gpu, params);
     }
 
     /// The passes for a page, and what they bind of its shapes.
-    fn of(&self, page: &PageBindings) -> (&SplatPasses, Option<(&'static str, Binding)>) {
+    fn of(&self, page: &PageBindings<'_>) -> (&SplatPasses, Option<(&'static str, Binding)>) {
         match (&self.shaped, &page.shapes) {
             (Some(shaped), Some(shapes)) => (shaped, Some(("shapes", shapes.clone()))),
             _ => (&self.spheres, None),
@@ -115,10 +119,21 @@ impl SurfacePasses {
         images: &SurfaceImages,
     ) {
         let size = images.size();
+        let as_triangles = |set: &SplatSet<'_>| self.triangles.as_ref().is_some_and(|pass| pass.suits(set));
+        let (large, others): (Vec<_>, Vec<_>) = sets.iter().copied().partition(as_triangles);
         // Nothing behind the opaque scene can win.
-        recorder.copy_rows(gpu, "ssfr.limit", scene_distance, &images.nearest);
+        match &self.triangles {
+            Some(triangles) if !large.is_empty() => {
+                recorder.copy(gpu, "ssfr.limit", scene_distance, &images.distance);
+                each_page(recorder, &large, common, List::Front, |recorder, page| {
+                    triangles.record(recorder, gpu, camera, page, &images.distance);
+                });
+                recorder.copy_rows(gpu, "ssfr.limit", &images.distance, &images.nearest);
+            }
+            _ => recorder.copy_rows(gpu, "ssfr.limit", scene_distance, &images.nearest),
+        }
         images.covered.empty(recorder, gpu, "ssfr.limit");
-        let bindings = |page: &PageBindings| {
+        let bindings = |page: &PageBindings<'_>| {
             vec![
                 ("camera", camera.clone()),
                 ("splats", page.splats.clone()),
@@ -126,7 +141,9 @@ impl SurfacePasses {
                 ("nearest", images.nearest.bind()),
             ]
         };
-        for (list, small) in [List::Front, List::Visible].into_iter().zip(&self.small) {
+        for ((list, sets), small) in
+            [(List::Front, &others[..]), (List::Visible, sets)].into_iter().zip(&self.small)
+        {
             if list == List::Visible {
                 self.occlusion.record(recorder, gpu, camera, sets, images);
             }

@@ -10,7 +10,7 @@ use meniscus_gpu::{AdapterChoice, Buffer, CameraUniform, Gpu, Page, RangeList, R
 use meniscus_ssfr::twin::{HostSet, HostView};
 use meniscus_ssfr::{
     AnisotropyParams, FilterChoice, FilterRegistry, Radii, ShapePage, ShapePasses, ShapeWork, SplatInput,
-    SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested, ThicknessParams,
+    SplatParams, SplatSet, Ssfr, SsfrParams, SurfaceImages, Tested, ThicknessParams,
 };
 
 pub fn gpu() -> Gpu {
@@ -108,6 +108,37 @@ pub fn render_together(
     params: &SsfrParams,
     frames: usize,
 ) -> (Frame, Vec<meniscus_core::StageCost>) {
+    let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
+    let (images, costs) = draw(gpu, &mut recorder, scenes, params, frames);
+    let front = images.front.read(gpu).unwrap();
+    let frame = Frame {
+        size: images.size(),
+        unfiltered: front.iter().map(|sphere| sphere[0]).collect(),
+        distance: images.distance.read(gpu).unwrap(),
+        radius: front.iter().map(|sphere| sphere[1]).collect(),
+        thickness: images.thickness.read(gpu).unwrap(),
+        normal: images.normal.read(gpu).unwrap(),
+        covered_pixels: images.covered_pixels(gpu).unwrap(),
+    };
+    (frame, costs)
+}
+
+/// Pixels that the compute passes look at to find the nearest sphere.
+pub fn visited_pixels(gpu: &Gpu, scene: &Scene, params: &SsfrParams) -> u64 {
+    let mut recorder = Recorder::new(gpu, Timing::Stamps);
+    recorder.set_counting(gpu, true);
+    draw(gpu, &mut recorder, &[scene], params, 1);
+    let tallies = recorder.tallies(gpu).unwrap();
+    tallies.into_iter().find_map(|(name, count)| (name == "splat_pixels_depth").then_some(count)).unwrap()
+}
+
+fn draw(
+    gpu: &Gpu,
+    recorder: &mut Recorder,
+    scenes: &[&Scene],
+    params: &SsfrParams,
+    frames: usize,
+) -> (SurfaceImages, Vec<meniscus_core::StageCost>) {
     let &[first, ..] = scenes else { panic!("nothing to render") };
     let stage = Ssfr::new(gpu, &FilterRegistry::builtin(), params).unwrap();
     let images = SurfaceImages::new(gpu, first.size, params).unwrap();
@@ -124,29 +155,19 @@ pub fn render_together(
             is_uniform_mass: scene.radii == Radii::Equal,
             is_in_front: scene.is_in_front,
             most_half_px: scene.most_half_px,
+            front_half_px: 1.0,
             most_thickness: scene.most_thickness,
         })
         .collect();
-    let mut recorder = Recorder::new(gpu, if frames > 1 { Timing::Isolated } else { Timing::Stamps });
     let mut costs = Vec::new();
     for _ in 0..frames {
         let camera = recorder.uniform(&first.uniform());
-        stage.record(&mut recorder, gpu, &camera, &sets, &scene_distance, &images);
+        stage.record(recorder, gpu, &camera, &sets, &scene_distance, &images);
         let _ = recorder.submit(gpu).unwrap();
         gpu.wait().unwrap();
         costs = recorder.take_costs(gpu);
     }
-    let front = images.front.read(gpu).unwrap();
-    let frame = Frame {
-        size: first.size,
-        unfiltered: front.iter().map(|sphere| sphere[0]).collect(),
-        distance: images.distance.read(gpu).unwrap(),
-        radius: front.iter().map(|sphere| sphere[1]).collect(),
-        thickness: images.thickness.read(gpu).unwrap(),
-        normal: images.normal.read(gpu).unwrap(),
-        covered_pixels: images.covered_pixels(gpu).unwrap(),
-    };
-    (frame, costs)
+    (images, costs)
 }
 
 /// A scene's set on the GPU.
@@ -248,6 +269,12 @@ pub fn params(filter: &str, scale: u32, smoothing: f32) -> SsfrParams {
         thickness: ThicknessParams { scale, smoothing },
         ..Default::default()
     }
+}
+
+/// `params` with what is drawn first drawn as triangles, or never.
+pub fn triangles(params: SsfrParams, always: bool) -> SsfrParams {
+    let from_px = if always { 0.0 } else { f32::MAX };
+    SsfrParams { splats: SplatParams { triangles_from_px: Some(from_px) }, ..params }
 }
 
 /// Looks along -z from (0, 0, `distance`).
