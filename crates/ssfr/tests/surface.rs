@@ -199,6 +199,40 @@ fn tested_spheres_show_where_they_bulge_out_of_those_drawn_first() {
     }
 }
 
+/// However large they are. GPUs look at few tiles only (`shaders/ssfr/depth.wgsl`).
+#[test]
+fn hidden_spheres_are_not_walked_through() {
+    let gpu = gpu();
+    if !gpu.summary().is_software() {
+        return;
+    }
+    let size = [320, 240];
+    // Outlines of 5, 10 and 20 tiles.
+    for radius in [0.135, 0.27, 0.54] {
+        let count = (3.5 / radius) as u32;
+        let side = 0.5 * radius * count as f32;
+        let wall = |z| lattice::cuboid([-side, -side, z], [count, count, 1], radius, 0.0, 1).positions;
+        let positions = [wall(-4.0), wall(-4.0 - 4.0 * radius)].concat();
+        let count = count * count;
+        let first = KeptRange { first: 0, count, keep: KeptRange::KEEP_ALL, shape: 0 };
+        let behind = Occludee {
+            range: KeptRange { first: count, ..first },
+            front: 0.0,
+            first_tile: 0,
+            last_tile: 39 | 29 << 16,
+            pad: 0,
+        };
+        let both = Scene::new(perspective(0.0, 0.4), size, &positions, radius, radius);
+        let wall_alone = Scene { ranges: vec![first], ..both.clone() };
+        let tested = Scene { occludees: vec![behind], ..wall_alone.clone() };
+        let params = params("none", 1, 0.0);
+        let [expected, found, all] =
+            [&wall_alone, &tested, &both].map(|scene| common::visited_pixels(&gpu, scene, &params));
+        assert!(all > expected && expected > 320 * 240, "{all} {expected}");
+        assert_eq!(found, expected, "radius {radius}");
+    }
+}
+
 fn half_bits(value: f32) -> u32 {
     // Enough for values in [0.5, 2): truncation of the significand.
     let bits = value.to_bits();
