@@ -90,8 +90,7 @@ impl Gpu {
         let wanted = wgpu::Features::TIMESTAMP_QUERY
             | wgpu::Features::PIPELINE_CACHE
             | wgpu::Features::FLOAT32_FILTERABLE
-            | wgpu::Features::FLOAT32_BLENDABLE
-            | wgpu::Features::SHADER_EARLY_DEPTH_TEST;
+            | wgpu::Features::FLOAT32_BLENDABLE;
         // Where there is one memory for both, large data is written where the GPU reads it (`Buffer::write`). Elsewhere such
         // buffers would lie in memory that the GPU reads slowly.
         let shared = wgpu::Features::MAPPABLE_PRIMARY_BUFFERS;

@@ -425,9 +425,7 @@ impl Gpu {
         });
         Ok(RasterPipeline { name, pipeline, bindings, depth: descriptor.depth })
     }
-}
 
-impl Gpu {
     /// As [`Self::raster_pipeline`] while a frame is recorded, for a pass that few runs draw. Should it not compile, there is none and
     /// [`Self::wait`] tells why.
     pub fn late_raster_pipeline(&self, descriptor: &RasterPipelineDescriptor<'_>) -> Option<RasterPipeline> {

@@ -102,13 +102,9 @@ pub fn compose(
 /// Includes that were parsed before. What compiles shaders is itself slow to make, and most passes share their includes.
 static KNOWN: Mutex<Vec<Library>> = Mutex::new(Vec::new());
 
-/// Raster passes may say that the depth they write is not nearer than the triangle's (`@early_depth_test`); variants may add to
-/// words of 64 bits, where the device can ([`crate::Gpu::has_wide_atomics`]).
+/// Variants may add to words of 64 bits, where the device can ([`crate::Gpu::has_wide_atomics`]).
 fn capabilities() -> Capabilities {
-    Capabilities::default()
-        | Capabilities::EARLY_DEPTH_TEST
-        | Capabilities::SHADER_INT64
-        | Capabilities::SHADER_INT64_ATOMIC_ALL_OPS
+    Capabilities::default() | Capabilities::SHADER_INT64 | Capabilities::SHADER_INT64_ATOMIC_ALL_OPS
 }
 
 /// Includes of which no two have the same import path.
