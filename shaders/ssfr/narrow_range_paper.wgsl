@@ -90,11 +90,11 @@ fn smooth_pixel(id: vec2<u32>) -> Smoothed {
     let room = min(place, select(last.y, last.x, is_row) - place);
     let stride = vec2<i32>(smoothing.direction);
     let sigma_px = widths.pass_px.x * WIDENED;
-    let taps = taps_of(smoothing, vec4(max(sigma_px, LEAST_SIGMA_PX)), vec4(room));
+    let taps = taps_of(smoothing, vec4(max(sigma_px, LEAST_SIGMA_PX)), vec4(f32(room)));
     var range_after = Range(center - delta, center + delta);
     var range_before = range_after;
-    for (var k = 1; k <= taps.count.x; k++) {
-        let offset = k * taps.step.x;
+    for (var k = 1; k <= i32(taps.count.x); k++) {
+        let offset = k * i32(taps.step.x);
         let after = distance_at(at + offset * stride);
         let before = distance_at(at - offset * stride);
         read += 2u;

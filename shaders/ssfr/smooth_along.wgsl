@@ -1,11 +1,14 @@
 // A smoothing filter along one direction (algorithms.md 3.7). Works on keys: deviations from the plane through the pixel are
 // then plain differences, and what the rule of the filter tests and averages. Four pixels of a line at a time: where their taps lie
 // side by side, each tap's sample serves all of them.
+//
+// Where taps are further apart, other loops read them, which pictures of small splats never need: STEPS_OF_ONE is without them,
+// STEPS_UP_TO_TWO has the first of them only. Software drivers go once through the body of a loop that ends before it begins.
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredTiles, TILE, unpack_pixel}
 #import meniscus::camera::Camera
 #import meniscus::four::{PLACES, distances_of, smaller_steps, fronts_at, loads_at}
-#import meniscus::smoothing::{Smoothing, Taps, sigmas, taps_of, tap_weight, WIDENED}
+#import meniscus::smoothing::{Smoothing, Taps, sigmas, taps_of, tap_weight, weight_beside, WIDENED}
 #import meniscus::rule::{Rule, Pair, rule_at, pair, smoothed_key}
 
 @group(0) @binding(0) var<uniform> camera: Camera;
@@ -30,10 +33,10 @@ struct Line {
     taps: Taps,
 }
 
-fn add(sum: ptr<function, Pair>, line: Line, k: i32, after: vec4<f32>, before: vec4<f32>) {
-    let rise = line.slope * vec4<f32>(k * line.taps.step);
+// Adds pairs that lie as many pixels to each side as `offset` says.
+fn add(sum: ptr<function, Pair>, line: Line, offset: vec4<f32>, weight: vec4<f32>, after: vec4<f32>, before: vec4<f32>) {
+    let rise = line.slope * offset;
     let added = pair(line.rule, after - line.rule.center - rise, before - line.rule.center + rise);
-    let weight = tap_weight(line.taps, k);
     (*sum).total += weight * added.total;
     (*sum).weight += weight * added.weight;
 }
@@ -42,35 +45,55 @@ fn loads_of_two(first: vec2<i32>, stride: vec2<i32>) -> vec2<f32> {
     return vec2(textureLoad(source, first, 0).x, textureLoad(source, first + stride, 0).x);
 }
 
+fn largest(values: vec4<f32>) -> i32 {
+    return i32(max(max(values.x, values.y), max(values.z, values.w)));
+}
+
 // The sums of all pairs. Only whole ones count, also at the picture's border.
 fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
-    let counts = line.taps.count;
-    let most = max(max(counts.x, counts.y), max(counts.z, counts.w));
-    let is_dense = all(line.taps.step == vec4(1));
-    let is_double = all(line.taps.step == vec4(2));
+    let taps = line.taps;
+    let most = largest(taps.count);
     var sum = Pair(vec4(0.0), vec4(0.0));
-    // Three loops, all but one of which end before they begin: software drivers go through all sides of a branch.
-    let dense = select(0, most, is_dense);
     var after = line.rule.center;
     var before = line.rule.center;
+#ifdef STEPS_OF_ONE
+    let dense = most;
+#else ifdef STEPS_UP_TO_TWO
+    // Lines with taps of both kinds are gone through pixel by pixel.
+    let is_double = all(taps.step == vec4(2.0));
+    let dense = select(largest(taps.count * taps.step), 0, is_double);
+#else
+    let is_double = all(taps.step == vec4(2.0));
+    let is_dense = all(taps.step == vec4(1.0));
+    let dense = select(0, most, is_dense);
+#endif
     for (var k = 1; k <= dense; k++) {
         after = vec4(after.yzw, textureLoad(source, first + (k + 3) * stride, 0).x);
         before = vec4(textureLoad(source, first - k * stride, 0).x, before.xyz);
-        add(&sum, line, k, after, before);
+#ifdef STEPS_UP_TO_TWO
+        let weight = weight_beside(taps, k);
+#else
+        let weight = tap_weight(taps, k);
+#endif
+        add(&sum, line, vec4(f32(k)), weight, after, before);
     }
+#ifndef STEPS_OF_ONE
     let double = select(0, most, is_double);
     for (var k = 1; k <= double; k++) {
         after = vec4(after.zw, loads_of_two(first + (2 * k + 2) * stride, stride));
         before = vec4(loads_of_two(first - 2 * k * stride, stride), before.xy);
-        add(&sum, line, k, after, before);
+        add(&sum, line, vec4(f32(2 * k)), tap_weight(taps, k), after, before);
     }
+#ifndef STEPS_UP_TO_TWO
     let sparse = select(most, 0, is_dense || is_double);
     for (var k = 1; k <= sparse; k++) {
-        let offset = k * line.taps.step;
-        let ahead = loads_at(source, first, stride, PLACES + offset);
-        let behind = loads_at(source, first, stride, PLACES - offset);
-        add(&sum, line, k, ahead, behind);
+        let offset = f32(k) * taps.step;
+        let ahead = loads_at(source, first, stride, PLACES + vec4<i32>(offset));
+        let behind = loads_at(source, first, stride, PLACES - vec4<i32>(offset));
+        add(&sum, line, offset, tap_weight(taps, k), ahead, behind);
     }
+#endif
+#endif
     return sum;
 }
 
@@ -83,7 +106,7 @@ fn smooth_line(first: vec2<i32>) -> u32 {
     let sigma_px = sigmas(camera, smoothing, d, original.radius).pass_px * WIDENED;
     let place = dot(first, stride) + PLACES;
     let last = dot(vec2<i32>(camera.size_px), stride) - 1;
-    let room = max(min(place, last - place), vec4(0));
+    let room = vec4<f32>(max(min(place, last - place), vec4(0)));
     var line: Line;
     line.taps = taps_of(smoothing, sigma_px, room);
     line.rule = rule_at(camera, smoothing, center, d, original.distance, original.radius);
@@ -94,16 +117,17 @@ fn smooth_line(first: vec2<i32>) -> u32 {
         vec4(complexity[pixels.x], complexity[pixels.y], complexity[pixels.z], complexity[pixels.w]);
 #endif
 #ifndef GAUSSIAN
-    let baseline = min(max(vec4<i32>(round(SLOPE_SIGMAS * sigma_px)), vec4(1)), room);
+    let baseline_px = min(max(round(SLOPE_SIGMAS * sigma_px), vec4(1.0)), room);
+    let baseline = vec4<i32>(baseline_px);
     let ahead = loads_at(source, first, stride, PLACES + baseline);
     let behind = loads_at(source, first, stride, PLACES - baseline);
     // At the picture's border, where there is no room, all three are the same.
-    line.slope = smaller_steps(ahead, center, behind) / vec4<f32>(max(baseline, vec4(1)));
+    line.slope = smaller_steps(ahead, center, behind) / max(baseline_px, vec4(1.0));
 #endif
     let counts = line.taps.count;
     let sum = sum_of(line, first, stride);
     // Gaps, and pixels whose radius is none, have no taps and no numbers to reckon with.
-    let found = select(center, smoothed_key(line.rule, sum), counts > vec4(0));
+    let found = select(center, smoothed_key(line.rule, sum), counts > vec4(0.0));
     textureStore(smoothed, first, vec4(found.x));
     textureStore(smoothed, first + stride, vec4(found.y));
     textureStore(smoothed, first + 2 * stride, vec4(found.z));

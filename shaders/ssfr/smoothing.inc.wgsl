@@ -98,9 +98,9 @@ fn odd_weight(taps: vec4<f32>, most: vec4<f32>) -> vec4<f32> {
 // The taps of kernels along a line.
 struct Taps {
     // Pixels from one to the next, a power of two.
-    step: vec4<i32>,
-    // To each side.
-    count: vec4<i32>,
+    step: vec4<f32>,
+    // To each side, whole.
+    count: vec4<f32>,
     falloff: vec4<f32>,
     // The Gaussian where the kernel ends, and one over its height above that.
     at_end: vec4<f32>,
@@ -110,28 +110,44 @@ struct Taps {
 }
 
 // `room`: pixels to the nearer border. Below `LEAST_SIGMA_PX` there are no taps.
-fn taps_of(smoothing: Smoothing, sigma_px: vec4<f32>, room: vec4<i32>) -> Taps {
+fn taps_of(smoothing: Smoothing, sigma_px: vec4<f32>, room: vec4<f32>) -> Taps {
     let wide_px = max(sigma_px, vec4(LEAST_SIGMA_PX));
-    let reach_px = min(REACH * wide_px, vec4<f32>(room) + 1.0);
+    let reach_px = min(REACH * wide_px, room + 1.0);
+#ifdef STEPS_OF_ONE
+    let step = vec4(1.0);
+#else
     // Whole pixels and even: uneven steps leave ripples.
     let spread = min(power_of_two(reach_px / smoothing.close_taps), vec4(MOST_SPREAD));
     let step = max(spread, power_of_two(reach_px / smoothing.most_taps));
+#endif
     let most = select(vec4(smoothing.most_taps), vec4(smoothing.close_taps), step < vec4(MOST_SPREAD));
     let end = reach_px / step;
-    let count = min(vec4<i32>(end), room / vec4<i32>(step));
+    let count = floor(min(end, room / step));
     // Of a much wider Gaussian the border cuts out a parabola, whatever its width; in single precision its own values near the
     // middle could not be told from 1.
     let shape_px = min(wide_px, MOST_WIDTH * reach_px);
     let falloff = -0.5 / (shape_px * shape_px);
     let at_end = exp(falloff * reach_px * reach_px);
-    let used = select(vec4(0), count, sigma_px >= vec4(LEAST_SIGMA_PX));
-    return Taps(vec4<i32>(step), used, falloff, at_end, 1.0 / (1.0 - at_end), odd_weight(end, most));
+    let used = select(vec4(0.0), count, sigma_px >= vec4(LEAST_SIGMA_PX));
+    return Taps(step, used, falloff, at_end, 1.0 / (1.0 - at_end), odd_weight(end, most));
 }
 
 // Weights of the `k`-th taps to either side, relative to the middle.
 fn tap_weight(taps: Taps, k: i32) -> vec4<f32> {
-    let offset = vec4<f32>(k * taps.step);
+    let odd = select(vec4(1.0), taps.odd, (k & 1) == 1);
+    return weight_at(taps, f32(k) * taps.step) * odd;
+}
+
+// The kernel `offset` pixels away.
+fn weight_at(taps: Taps, offset: vec4<f32>) -> vec4<f32> {
     let weight = max(exp(taps.falloff * offset * offset) - taps.at_end, vec4(0.0)) * taps.scale;
-    let used = select(vec4(0.0), weight, vec4(k) <= taps.count);
-    return used * select(vec4(1.0), taps.odd, (k & 1) == 1);
+    return select(vec4(0.0), weight, offset <= taps.count * taps.step);
+}
+
+// Weights `offset` pixels to either side, of kernels whose taps are one pixel apart or two.
+fn weight_beside(taps: Taps, offset: i32) -> vec4<f32> {
+    let is_double = taps.step > vec4(1.0);
+    let at_odd = select(taps.odd, vec4(0.0), is_double);
+    let at_even = select(vec4(1.0), taps.odd, is_double & vec4((offset & 2) == 2));
+    return weight_at(taps, vec4(f32(offset))) * select(at_even, at_odd, (offset & 1) == 1);
 }

@@ -81,6 +81,7 @@ pub struct Splats {
     radius_world: f32,
     volume_world: f32,
     most_half_px: f32,
+    most_radius_px: f32,
     front_half_px: f32,
 }
 
@@ -110,7 +111,7 @@ impl Splats {
         let size = spheres.size;
         let sky = Texture::new(gpu, size).expect("a texture of the picture's size");
         sky.write(gpu, &vec![NO_SURFACE; (size[0] * size[1]) as usize]);
-        let [most_half_px, front_half_px] = half_sizes(spheres);
+        let [most_half_px, most_radius_px, front_half_px] = half_sizes(spheres);
         Self {
             images: SurfaceImages::new(gpu, size, &stage.params).expect("images of the picture's size"),
             pages,
@@ -119,6 +120,7 @@ impl Splats {
             radius_world: spheres.radius_world,
             volume_world: spheres.spacing_world.powi(3),
             most_half_px,
+            most_radius_px,
             front_half_px,
         }
     }
@@ -147,25 +149,27 @@ impl Splats {
             is_uniform_mass: true,
             is_in_front: false,
             most_half_px: self.most_half_px,
+            most_radius_px: self.most_radius_px,
             front_half_px: self.front_half_px,
             most_thickness: f64::INFINITY,
         });
     }
 }
 
-/// Radii of `spheres` in pixels: a bound of all, stretched outlines towards the corners of the picture included, and the root of the mean
-/// square.
-fn half_sizes(spheres: &Spheres) -> [f32; 2] {
+/// Radii of `spheres` in pixels: a bound of all, stretched outlines towards the corners of the picture included, one at the points
+/// nearest to the eye, and the root of the mean square.
+fn half_sizes(spheres: &Spheres) -> [f32; 3] {
     /// More than outlines are stretched by in fields of view of up to a right angle.
     const STRETCH: f32 = 1.8;
     let Spheres { positions, radius_world, camera, size, .. } = spheres;
     let view = camera.view_from_world();
-    let half_px = |position: &[f32; 3]| {
+    let half_px = |distance: f32| radius_world * camera.px_per_world(*size, distance.max(camera.near));
+    let (mut most, mut most_near, mut squares) = (0.0f32, 0.0f32, 0.0f64);
+    for position in positions {
         let distance = -view.transform_point3((*position).into()).z;
-        radius_world * camera.px_per_world(*size, distance.max(camera.near))
-    };
-    let (most, squares) = positions.iter().map(half_px).fold((0.0f32, 0.0f64), |(most, squares), half_px| {
-        (most.max(half_px), squares + f64::from(half_px).powi(2))
-    });
-    [STRETCH * most, (squares / positions.len().max(1) as f64).sqrt() as f32]
+        most = most.max(half_px(distance));
+        most_near = most_near.max(half_px(distance - radius_world));
+        squares += f64::from(half_px(distance)).powi(2);
+    }
+    [STRETCH * most, most_near, (squares / positions.len().max(1) as f64).sqrt() as f32]
 }

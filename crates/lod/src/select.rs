@@ -8,7 +8,7 @@ use crate::cut::{BURIED, Cut};
 use crate::detail::stand_ins_for;
 use crate::stand_ins::{Coarseness, StandIns};
 use crate::view::View;
-use crate::weight::MAX_GROWTH;
+use crate::weight::{MAX_GROWTH, growth};
 use crate::{Chunk, ChunkedSet, LodError, LodParams, Mode, Policy};
 
 /// Most particles of a kept range. One workgroup draws one range: 512 are two to eight rounds of a workgroup of 64 to 256
@@ -104,6 +104,8 @@ pub struct Selection {
     pub is_uniform_mass: bool,
     /// Half size in pixels that no particle exceeds that counts in the thickness as itself.
     pub most_half_px: f32,
+    /// Radius in pixels that no sphere exceeds that is drawn, at its point nearest to the eye.
+    pub most_radius_px: f32,
     /// Sum over what is drawn first of the squared radii in pixels.
     pub front_square_px: f64,
     /// Thickness that a pixel does not exceed even if all that counts in the thickness is piled up in it, spacings; infinite where
@@ -134,6 +136,7 @@ impl Selection {
             is_uniform_surface: !set.has_sizes,
             is_uniform_mass: !set.has_sizes,
             most_half_px: 0.0,
+            most_radius_px: 0.0,
             front_square_px: 0.0,
             most_thickness: 0.0,
             has_sizes: set.has_sizes,
@@ -146,6 +149,7 @@ impl Selection {
         self.is_uniform_surface &= choice.is_uniform_surface;
         self.is_uniform_mass &= choice.is_uniform_mass;
         self.most_half_px = self.most_half_px.max(choice.most_half_px);
+        self.most_radius_px = self.most_radius_px.max(choice.most_radius_px);
         self.front_square_px += choice.front_square_px;
         self.most_thickness += choice.most_thickness;
         for part in &choice.parts {
@@ -166,6 +170,7 @@ impl Selection {
             all.is_uniform_surface &= part.is_uniform_surface;
             all.is_uniform_mass &= part.is_uniform_mass;
             all.most_half_px = all.most_half_px.max(part.most_half_px);
+            all.most_radius_px = all.most_radius_px.max(part.most_radius_px);
             all.front_square_px += part.front_square_px;
             all.most_thickness += part.most_thickness;
             all.counts.kept += part.counts.kept;
@@ -404,6 +409,7 @@ struct Choice {
     is_uniform_surface: bool,
     is_uniform_mass: bool,
     most_half_px: f32,
+    most_radius_px: f32,
     front_square_px: f64,
     most_thickness: f64,
 }
@@ -516,6 +522,7 @@ impl Chooser<'_> {
             is_uniform_surface: is_small || open == KeptRange::KEEP_ALL,
             is_uniform_mass: mass == KeptRange::KEEP_ALL,
             most_half_px: self.most_half_px(candidate, &parts),
+            most_radius_px: self.most_radius_px(candidate, &parts),
             front_square_px: self.front_square_px(candidate, &parts),
             most_thickness: self.most_thickness(candidate, mass),
             parts,
@@ -549,6 +556,15 @@ impl Chooser<'_> {
             }
         };
         parts.iter().map(of_part).fold(0.0, f32::max)
+    }
+
+    /// Radius in pixels that no sphere of `parts` exceeds that is drawn, at its point nearest to the eye.
+    fn most_radius_px(&self, candidate: &Candidate, parts: &[PartChoice]) -> f32 {
+        let drawn = parts.iter().map(|part| part.surface).filter(|surface| surface.count > 0);
+        let Some(least_keep) = drawn.map(|surface| surface.keep).min() else { return 0.0 };
+        let growth = growth(least_keep as f32 / KeptRange::KEEP_ALL as f32, 1.0);
+        let radius_world = self.viewpoint.radius_world * candidate.chunk.largest * growth;
+        radius_world * self.view.px_per_world(candidate.nearest - radius_world * self.viewpoint.shell_reach)
     }
 
     /// Sum of the squared radii in pixels of what is drawn first, each as in the middle of the chunk.

@@ -40,9 +40,13 @@ pub fn kept(packed: u32, keep: u32, closing: f32) -> Option<Kept> {
     let ramp = (RAMP * p).min(1.0 - p);
     let fade = ((p - u) / ramp).clamp(0.0, 1.0);
     let mean_fade = 1.0 - 0.5 * ramp / p;
+    Some(Kept { weight: fade / (mean_fade * p), radius: growth(p, closing) * fade.cbrt() })
+}
+
+/// Factor on the drawn radius of particles that are kept with probability `p` and do not fade in; `closing` as in [`kept`].
+pub(crate) fn growth(p: f32, closing: f32) -> f32 {
     let share = ((GROWS_BELOW - p) / (GROWS_BELOW - GROWN_BELOW)).clamp(0.0, 1.0);
-    let growth = 1.0 + ((closing * p.powf(-1.0 / 3.0)).clamp(1.0, MAX_GROWTH) - 1.0) * share;
-    Some(Kept { weight: fade / (mean_fade * p), radius: growth * fade.cbrt() })
+    1.0 + ((closing * p.powf(-1.0 / 3.0)).clamp(1.0, MAX_GROWTH) - 1.0) * share
 }
 
 #[cfg(test)]

@@ -285,6 +285,32 @@ fn the_size_of_what_is_drawn_first_is_told() {
 }
 
 #[test]
+fn no_sphere_is_larger_than_is_told() {
+    let set = chunked(&pool([64, 64, 64], 40));
+    for (camera, threshold) in
+        views().into_iter().flat_map(|camera| [(camera, 0.1), (camera, 0.6), (camera, 1.0)])
+    {
+        let selection = choose(&set, &camera, &at(threshold));
+        let radii_px = kept_slots(&set, &selection).into_iter().filter_map(|(slot, keep)| {
+            let particle = &set.particles[slot];
+            let radius = RADIUS * kept(particle.packed, keep, 1.0)?.radius;
+            let front = (center(particle) - camera.eye).dot(camera.forward()) - radius;
+            (front >= camera.near).then(|| radius * camera.px_per_world(SIZE, front))
+        });
+        let most = radii_px.fold(0.0, f32::max);
+        let told = selection.most_radius_px;
+        // From outside and at full detail, what is nearest shows: elsewhere it may reach before the near distance, or be of those that
+        // did not grow.
+        let is_exact = camera.eye.z > 70.0 && threshold == 1.0;
+        assert!(
+            told >= most && (!is_exact || told < 1.02 * most),
+            "{told} {most} at {threshold}, {camera:?}"
+        );
+    }
+    assert_eq!(choose(&chunked(&ParticleFrame::default()), &views()[0], &at(1.0)).most_radius_px, 0.0);
+}
+
+#[test]
 fn larger_errors_give_fewer_and_coarser() {
     let set = chunked(&pool([64, 64, 32], 0));
     let camera = views()[0];

@@ -116,6 +116,7 @@ pub(crate) fn splat_set<'a>(
         is_uniform_mass: selection.is_uniform_mass,
         is_in_front,
         most_half_px: selection.most_half_px,
+        most_radius_px: selection.most_radius_px,
         front_half_px: selection.front_half_px(),
         most_thickness: selection.most_thickness,
     }

@@ -62,8 +62,11 @@ pub struct SplatSet<'a> {
     /// Whether nothing opaque cuts any of them: what of them lies behind the scene, as the lower rim of spheres on a floor may,
     /// counts in the thickness.
     pub is_in_front: bool,
-    /// Half size in pixels that none of them exceeds in the picture; infinite where that is not known.
+    /// Half size in pixels that none of them exceeds in the picture that counts in the thickness as itself; infinite where that is not
+    /// known.
     pub most_half_px: f32,
+    /// Radius in pixels that no sphere exceeds at its point nearest to the eye; infinite where that is not known.
+    pub most_radius_px: f32,
     /// Half size in pixels of what is drawn first, root of the mean square: what it costs goes with its pixels.
     pub front_half_px: f32,
     /// Thickness that a pixel does not exceed even if all of the set is piled up in it, spacings; infinite where that is not known.
@@ -134,8 +137,7 @@ pub(crate) struct Common {
     pub(crate) visible_radius: VisibleRadius,
     /// Of the first set; the filters scale with it.
     pub(crate) spacing_per_radius: f32,
-    /// Pixels that the radius of no sphere exceeds where it is nearest to the eye, which is at least two radii from its centre: half
-    /// sizes go by where spheres end, and are half of that at the most.
+    /// Pixels that the radius of no sphere exceeds at its point nearest to the eye.
     pub(crate) most_radius_px: f32,
     /// Most that a half-axis of an ellipsoid is of the radius.
     pub(crate) longest_axis: f32,
@@ -165,7 +167,7 @@ impl Common {
             steps_per_world: if finest.is_finite() { steps as f32 / finest } else { 1.0 },
             visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
-            most_radius_px: 2.0 * sets.iter().map(|set| set.most_half_px).fold(0.0, f32::max),
+            most_radius_px: sets.iter().map(|set| set.most_radius_px).fold(0.0, f32::max),
             longest_axis: params.anisotropy.longest_axis(),
             is_bounded,
             is_in_front: sets.iter().all(|set| set.is_in_front),

@@ -37,6 +37,7 @@ fn color(gpu: &Gpu, scene: &Scene, values: &[f32], scale: ScaleUniform) -> (Vec<
         is_uniform_mass: true,
         is_in_front: false,
         most_half_px: f32::INFINITY,
+        most_radius_px: f32::INFINITY,
         front_half_px: 0.0,
         most_thickness: f64::INFINITY,
     };

@@ -35,6 +35,7 @@ fn draw(gpu: &Gpu, scene: &Scene, drops: &[FoamDrop], widening: f32) -> (Vec<f32
         is_uniform_mass: true,
         is_in_front: false,
         most_half_px: f32::INFINITY,
+        most_radius_px: f32::INFINITY,
         front_half_px: 0.0,
         most_thickness: f64::INFINITY,
     };

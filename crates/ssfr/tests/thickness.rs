@@ -67,7 +67,8 @@ fn sets_of_small_splats_are_drawn_as_all_others() {
             assert_eq!(half_px < 2.0 * params.thickness.profile_half_px(0.1 / 0.0625), is_small);
             let unknown = Scene { radii, ..scene };
             let expected = unknown.render(&gpu, &params);
-            let known = Scene { most_half_px: half_px, ..unknown }.render(&gpu, &params);
+            let known =
+                Scene { most_half_px: half_px, most_radius_px: half_px, ..unknown }.render(&gpu, &params);
             assert_eq!(known.thickness, expected.thickness, "{radii:?}, {half_px} px");
             assert_eq!(known.unfiltered, expected.unfiltered, "{radii:?}, {half_px} px");
         }

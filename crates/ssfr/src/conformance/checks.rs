@@ -20,23 +20,27 @@ pub(super) fn twin(run: &Run<'_>) -> Outcome {
     let others = [&[Picture::step(0.1)], &others[..]].concat();
     let pictures = [&Picture::both_bumpy()[..], &tilted, &small, &others].concat();
     for picture in &pictures {
-        let (found, expected) = (run.on_gpu(picture)?, run.on_cpu(picture)?);
-        // Single precision of distances and of sums over up to a hundred taps. At a threshold the last bit decides to which
-        // side a pixel falls: two in a thousand may.
-        let off = |i: &usize| {
-            let tolerance = 1e-3 * picture.radius[*i] + 4e-6 * expected[*i];
-            (found[*i] - expected[*i]).abs() > tolerance
-        };
-        let pixels: Vec<usize> = (0..found.len()).filter(off).collect();
-        if let Some(&first) = pixels.first()
-            && pixels.len() * 500 > found.len()
-        {
-            let (place, found, expected) = (picture.place(first), found[first], expected[first]);
-            let others = pixels.len() - 1;
-            return Err(format!(
-                "the passes make {found} of {place}, the twin {expected}; {others} more differ"
-            ));
-        }
+        let expected = run.on_cpu(picture)?;
+        agrees(picture, &run.on_gpu(picture)?, &expected)?;
+        agrees(picture, &run.of_any_size(picture)?, &expected)?;
+    }
+    Ok(())
+}
+
+fn agrees(picture: &Picture, found: &[f32], expected: &[f32]) -> Outcome {
+    // Single precision of distances and of sums over up to a hundred taps. At a threshold the last bit decides to which
+    // side a pixel falls: two in a thousand may.
+    let off = |i: &usize| {
+        let tolerance = 1e-3 * picture.radius[*i] + 4e-6 * expected[*i];
+        (found[*i] - expected[*i]).abs() > tolerance
+    };
+    let pixels: Vec<usize> = (0..found.len()).filter(off).collect();
+    if let Some(&first) = pixels.first()
+        && pixels.len() * 500 > found.len()
+    {
+        let (place, found, expected) = (picture.place(first), found[first], expected[first]);
+        let others = pixels.len() - 1;
+        return Err(format!("the passes make {found} of {place}, the twin {expected}; {others} more differ"));
     }
     Ok(())
 }

@@ -108,6 +108,15 @@ impl Picture {
         })
     }
 
+    /// The largest radius in pixels.
+    pub fn most_radius_px(&self) -> f32 {
+        let surface =
+            std::iter::zip(&self.distance, &self.radius).filter(|(distance, _)| is_surface(**distance));
+        let radii_px =
+            surface.map(|(&distance, radius)| radius * self.camera.px_per_world(self.size, distance));
+        radii_px.fold(0.0, f32::max)
+    }
+
     /// A pixel's place, for messages.
     pub fn place(&self, pixel: usize) -> String {
         let width = self.size[0] as usize;

@@ -17,9 +17,25 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// The same with the number of samples that the passes read, if they count them.
+    /// The same where the filter is not told how large spheres are.
+    pub fn of_any_size(&self, picture: &Picture) -> Result<Vec<f32>, String> {
+        let (found, _) = self.kept(picture, f32::INFINITY, false)?;
+        Ok(found)
+    }
+
+    /// As [`Self::on_gpu`] with the number of samples that the passes read, if they count them.
     pub fn counted(&self, picture: &Picture, counting: bool) -> Result<(Vec<f32>, Option<u64>), String> {
-        let (found, taps) = self.recorded(picture, counting).map_err(|e| format!("the device: {e}"))?;
+        self.kept(picture, picture.most_radius_px(), counting)
+    }
+
+    fn kept(
+        &self,
+        picture: &Picture,
+        most_radius_px: f32,
+        counting: bool,
+    ) -> Result<(Vec<f32>, Option<u64>), String> {
+        let recorded = self.recorded(picture, most_radius_px, counting);
+        let (found, taps) = recorded.map_err(|e| format!("the device: {e}"))?;
         keeps_the_mask(picture, &found, "passes")?;
         Ok((found, taps))
     }
@@ -40,7 +56,12 @@ impl Run<'_> {
         Ok(found)
     }
 
-    fn recorded(&self, picture: &Picture, counting: bool) -> Result<(Vec<f32>, Option<u64>), GpuError> {
+    fn recorded(
+        &self,
+        picture: &Picture,
+        most_radius_px: f32,
+        counting: bool,
+    ) -> Result<(Vec<f32>, Option<u64>), GpuError> {
         let (gpu, size) = (self.gpu, picture.size);
         let front: Vec<_> = picture.distance.iter().zip(&picture.radius).map(|(d, r)| [*d, *r]).collect();
         let front = Texture::<FrontSphere>::from_texels(gpu, size, &front)?;
@@ -68,7 +89,7 @@ impl Run<'_> {
             steps: [&steps[0], &steps[1]],
             scratch: [&scratch[0], &scratch[1]],
             spacing_per_radius: SPACING_PER_RADIUS,
-            most_radius_px: f32::INFINITY,
+            most_radius_px,
         };
         self.filter.record(&mut recorder, gpu, &camera, &images);
         let _ = recorder.submit(gpu)?;

@@ -54,7 +54,7 @@ pub struct FilterImages<'a> {
     pub scratch: [&'a Buffer<Scratch>; 2],
     /// Distance of neighbouring particles per drawn radius: the bumps to remove are `radius * spacing_per_radius` long.
     pub spacing_per_radius: f32,
-    /// Pixels that the radius of no sphere exceeds where it is nearest to the eye; infinite where that is not known.
+    /// Pixels that the radius of no sphere exceeds at its point nearest to the eye; infinite where that is not known.
     pub most_radius_px: f32,
 }
 

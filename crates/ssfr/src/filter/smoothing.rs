@@ -76,6 +76,20 @@ impl Width {
         passes.into_iter().rev()
     }
 
+    /// How far apart the taps of `pass` may be in pictures of spacings of up to `spacing_px` pixels.
+    fn steps(&self, pass: &LinePass, spacing_px: f32) -> Steps {
+        let reach_px = REACH_PER_SIGMA * self.sigma * spacing_px * pass.share.sqrt();
+        // As `taps_of` of `shaders/ssfr/smoothing.inc.wgsl`.
+        let close_taps = pass.close_taps.min(pass.most_taps);
+        if reach_px <= close_taps {
+            Steps::One
+        } else if reach_px <= 2.0 * close_taps {
+            Steps::UpToTwo
+        } else {
+            Steps::Any
+        }
+    }
+
     /// Checks the ranges, under the names that filters give these parameters.
     pub(super) fn validate(&self) -> Result<(), SsfrError> {
         check_range("sigma", self.sigma, 0.0..=10.0, "0 to 10")?;
@@ -98,6 +112,26 @@ pub(crate) struct LinePass {
     pub most_taps: f32,
     /// Of coarse passes of the clean-up: pixels from one tap to the next, at most.
     pub most_gap: i32,
+}
+
+/// Pixels from one tap to the next, for which there are variants of the passes along rows and columns.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Steps {
+    One,
+    UpToTwo,
+    Any,
+}
+
+impl Steps {
+    const ALL: [Self; 3] = [Self::One, Self::UpToTwo, Self::Any];
+
+    fn definitions(self) -> &'static [Definition] {
+        match self {
+            Self::One => &[Definition { name: "STEPS_OF_ONE", value: 1 }],
+            Self::UpToTwo => &[Definition { name: "STEPS_UP_TO_TWO", value: 1 }],
+            Self::Any => &[],
+        }
+    }
 }
 
 /// [`Width::close_taps`] of filters that look at each tap by itself. They are at most 0.7 standard deviations apart, 1.4 of the last
@@ -163,7 +197,8 @@ impl SmoothingUniform {
 pub(super) struct Smoothing {
     rule: Rule,
     key: PicturePipeline,
-    along: ComputePipeline,
+    /// For each of [`Steps::ALL`].
+    along: [ComputePipeline; 3],
     square: ComputePipeline,
     coarse_square: ComputePipeline,
 }
@@ -175,7 +210,10 @@ impl Smoothing {
         Ok(Self {
             rule,
             key: key_pipeline(gpu, &[])?,
-            along: counted_pipeline(gpu, shader!("ssfr/smooth_along"), definitions, TAPS),
+            along: Steps::ALL.map(|steps| {
+                let definitions = [definitions, steps.definitions()].concat();
+                counted_pipeline(gpu, shader!("ssfr/smooth_along"), &definitions, TAPS)
+            }),
             square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), definitions, TAPS),
             coarse_square: counted_pipeline(gpu, shader!("ssfr/smooth_square"), &coarse, TAPS),
         })
@@ -210,7 +248,8 @@ impl Smoothing {
         let spacing_px = images.spacing_per_radius * images.most_radius_px;
         let [width_px, height_px] = images.front.size();
         let coarse = width.coarse_clean_up(spacing_px, width_px.max(height_px));
-        let passes = width.passes().map(|pass| ("ssfr.smooth_along", &self.along, pass));
+        let along = |pass: &LinePass| &self.along[width.steps(pass, spacing_px) as usize];
+        let passes = width.passes().map(|pass| ("ssfr.smooth_along", along(&pass), pass));
         for (name, pipeline, pass) in
             passes.chain(coarse.map(|pass| ("ssfr.smooth_square", &self.coarse_square, pass)))
         {

@@ -28,6 +28,7 @@ pub struct Scene {
     pub spacing: f32,
     pub radii: Radii,
     pub most_half_px: f32,
+    pub most_radius_px: f32,
     pub most_thickness: f64,
     pub is_in_front: bool,
     /// Shapes of all particles; none: spheres.
@@ -59,6 +60,7 @@ impl Scene {
             radii: Radii::Equal,
             is_in_front: false,
             most_half_px: f32::INFINITY,
+            most_radius_px: f32::INFINITY,
             most_thickness: f64::INFINITY,
             shapes: None,
             occludees: Vec::new(),
@@ -155,6 +157,7 @@ fn draw(
             is_uniform_mass: scene.radii == Radii::Equal,
             is_in_front: scene.is_in_front,
             most_half_px: scene.most_half_px,
+            most_radius_px: scene.most_radius_px,
             front_half_px: 1.0,
             most_thickness: scene.most_thickness,
         })
