@@ -32,10 +32,8 @@ struct Surroundings {
 fn trace_floor(s: Surroundings, origin: vec3<f32>, direction: vec3<f32>) -> f32 {
     let height = dot(s.sky.up, origin) - s.floor_height_world;
     let descent = -dot(s.sky.up, direction);
-    if s.has_floor == 0u || height < 0.0 || descent * NO_SURFACE * 1e-9 <= height {
-        return NO_SURFACE;
-    }
-    return height / descent;
+    let is_met = (s.has_floor != 0u) & (height >= 0.0) & (descent * NO_SURFACE * 1e-9 > height);
+    return select(NO_SURFACE, height / descent, is_met);
 }
 
 // What haze leaves of the light of something `length` away.

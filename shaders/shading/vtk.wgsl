@@ -1,10 +1,10 @@
 // The composite of VTK's vtkOpenGLFluidMapper, for pictures side by side: Schlick's Fresnel, Beer-Lambert by thickness, the
 // background shifted by the refracted direction, a mirror of the environment, one Phong highlight. Nothing hides what
-// lies in front of the water from refraction, and edges are hard: that is the model.
+// lies in front of the water from refraction, and edges are hard: that is the model. OPAQUE: an opaque surface instead of a volume.
 
 #define_import_path meniscus::model
 
-#import meniscus::body::ambient
+#import meniscus::body::irradiance
 #import meniscus::brdf::{PI, fifth_power}
 #import meniscus::lighting_inputs::{camera, surroundings, distance_at, thickness_at, normal_at, scene_color, attribute_color, point_to_world, to_world}
 #import meniscus::reflection::environment
@@ -22,7 +22,7 @@ struct Vtk {
     particle_color_scale: f32,
     // What attenuates where an attribute colours the water, 1 / world unit.
     dye_per_world: f32,
-    // 1: an opaque surface instead of a volume.
+    // Of the twin; here it is OPAQUE.
     is_opaque: u32,
     pad_a: u32,
     pad_b: u32,
@@ -56,7 +56,6 @@ fn scene_radiance(pixel: vec2<u32>) -> vec4<f32> {
 }
 
 fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
-    let scene = textureLoad(scene_color, pixel, 0);
     let sky = surroundings.sky;
     let water = water_point(camera, pixel, distance_at(pixel), normal_at(pixel));
     let normal = to_world(water.normal_view);
@@ -64,21 +63,21 @@ fn water_radiance(pixel: vec2<u32>) -> vec4<f32> {
     let tint = attribute_color(pixel);
 
     // The sun in place of VTK's lights, the sky in place of its ambient term.
-    let glint = highlight(max(dot(reflect(-sky.sun_direction, normal), to_eye), 0.0)) * sky.sun_irradiance / PI;
-
+    let mirrored = reflect(-to_eye, normal);
+    let glint = highlight(max(dot(mirrored, sky.sun_direction), 0.0)) * sky.sun_irradiance / PI;
+#ifdef OPAQUE
     let color = mix(model.color, tint.rgb, tint.a);
-    let diffuse = ambient(sky, normal) + max(dot(normal, sky.sun_direction), 0.0) * sky.sun_irradiance;
-    let opaque_surface = color * diffuse / PI;
-
+    return vec4(color * irradiance(sky, normal) / PI + glint, 1.0);
+#else
     let f0 = (1.0 - model.refractive_index) / (1.0 + model.refractive_index);
     let schlick = f0 * f0 + (1.0 - f0 * f0) * fifth_power(1.0 - water.n_v);
     let fresnel = mix(schlick, 1.0, model.additional_reflection);
     let bent = refract(-water.to_eye_view, water.normal_view, 1.0 / model.refractive_index);
     let shift = vec2(bent.x, -bent.y) * model.refraction_scale * vec2<f32>(camera.size_px);
     let at_px = clamp(vec2<f32>(pixel) + 0.5 + shift, vec2(0.0), vec2<f32>(camera.size_px));
-    let through = exp2(-1.44269504 * attenuation(tint) * thickness_at(pixel)) * background(at_px, 0.0, scene.rgb);
-    let mirror = environment(point_to_world(water.position_view), reflect(-to_eye, normal), 0.0);
-    let volume = mix(through, mirror, fresnel);
-
-    return vec4(select(volume, opaque_surface, model.is_opaque != 0u) + glint, 1.0);
+    let behind = background(at_px, 0.0, textureLoad(scene_color, pixel, 0).rgb);
+    let through = exp2(-1.44269504 * attenuation(tint) * thickness_at(pixel)) * behind;
+    let mirror = environment(point_to_world(water.position_view), mirrored, 0.0);
+    return vec4(mix(through, mirror, fresnel) + glint, 1.0);
+#endif
 }

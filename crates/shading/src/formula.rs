@@ -66,6 +66,12 @@ pub trait Formula:
         0.0
     }
 
+    /// What is defined for [`Self::SHADER`] with some parameters and not with others, the same whenever it is: software drivers run
+    /// through both sides of a choice that the shader makes.
+    fn kind(&self) -> Option<Definition> {
+        None
+    }
+
     /// The uniform for water of this scale; a scale without meaning (zero, NaN) gives finite numbers, too.
     fn uniform(&self, scale: WaterScale, surroundings: &Surroundings) -> Self::Uniform;
 
@@ -200,6 +206,7 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         output: &Texture<Radiance>,
     ) {
         let no_sunlight = (!inputs.has_sunlight).then_some(NO_SUNLIGHT);
+        let kind = self.model.parameters.kind();
         let uniform = recorder.uniform(&self.model.parameters.uniform(inputs.scale, inputs.surroundings));
         let mut bindings = inputs.bindings(recorder);
         bindings.push(("model", uniform));
@@ -211,7 +218,7 @@ impl<F: Formula> LightingPass for PixelPass<F> {
             recorder.copy(gpu, DRY, inputs.scene_color, output);
         } else {
             // Where no water is, neither what it mirrors nor what it hides counts.
-            let scene = self.scene.choose_unpictured(gpu, [None, no_sunlight, None], |definitions| {
+            let scene = self.scene.choose_unpictured(gpu, &[no_sunlight, kind], |definitions| {
                 compile_scene::<F>(gpu, definitions)
             });
             let mut bindings = bindings.clone();
@@ -222,10 +229,10 @@ impl<F: Formula> LightingPass for PixelPass<F> {
         let objects = inputs.objects.is_some().then_some(OBJECTS);
         // A picture of a single pixel has one of them in any case.
         let colored = (inputs.surface_color.size() == size).then_some(COLORED);
-        let kinds = [objects, no_sunlight, colored];
+        let kinds = [objects, no_sunlight, colored, kind];
         let water = self
             .water
-            .choose(gpu, inputs.surroundings, kinds, |definitions| compile_water::<F>(gpu, definitions));
+            .choose(gpu, inputs.surroundings, &kinds, |definitions| compile_water::<F>(gpu, definitions));
         bindings.retain(|(name, _)| water.binds(name));
         let targets = [("radiance", output.view())];
         recorder.picture(gpu, F::PASS, water, &bindings, &targets, Some(inputs.covered));

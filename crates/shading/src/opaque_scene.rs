@@ -195,10 +195,10 @@ impl ScenePass {
         let compile = |defined: &_| compile_background(gpu, defined);
         let kinds = match surroundings.has_floor {
             // Nothing that a shadow could fall on.
-            0 => [None, Some(FLOORLESS), None],
-            _ => [shadowed.then_some(SHADOWED), None, None],
+            0 => [None, Some(FLOORLESS)],
+            _ => [shadowed.then_some(SHADOWED), None],
         };
-        let pipeline = self.background.choose(gpu, surroundings, kinds, compile);
+        let pipeline = self.background.choose(gpu, surroundings, &kinds, compile);
         let mut bindings = vec![
             ("camera", recorder.uniform(camera)),
             ("surroundings", recorder.uniform(surroundings)),

@@ -9,9 +9,12 @@ use crate::Surroundings;
 #[derive(Debug)]
 pub(crate) struct Pictured<P> {
     plain: P,
-    /// By whether there is a picture (1), the first kind (2), the second (4) and the third (8); the first of all is never made.
-    variants: [OnceLock<Option<P>>; 16],
+    /// By whether there is a picture (1), the first kind (2), the second (4) and so on; the first of all is never made.
+    variants: [OnceLock<Option<P>>; 2 << MOST_KINDS],
 }
+
+/// Most kinds that a pass has of its own.
+const MOST_KINDS: usize = 4;
 
 const PICTURED: Definition = Definition { name: "PICTURED", value: 1 };
 pub(crate) const SHADOWED: Definition = Definition { name: "SHADOWED", value: 1 };
@@ -35,43 +38,45 @@ impl<P> Pictured<P> {
         is_shadowed: bool,
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        self.choose(gpu, surroundings, [is_shadowed.then_some(SHADOWED), None, None], compile)
+        self.choose(gpu, surroundings, &[is_shadowed.then_some(SHADOWED)], compile)
     }
 
-    /// The pass for these surroundings, of kinds of its own, each of which is the same in every call that has one. What keeps it from
-    /// compiling comes out of [`Gpu::wait`].
+    /// The pass for these surroundings, of up to four kinds of its own, each of which is the same in every call that has one. What keeps
+    /// it from compiling comes out of [`Gpu::wait`].
     pub(crate) fn choose(
         &self,
         gpu: &Gpu,
         surroundings: &Surroundings,
-        kinds: [Option<Definition>; 3],
+        kinds: &[Option<Definition>],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
         let is_pictured = surroundings.environment.sharp[0] != 0;
-        self.variant(gpu, [is_pictured.then_some(PICTURED), kinds[0], kinds[1], kinds[2]], compile)
+        self.variant(gpu, is_pictured.then_some(PICTURED), kinds, compile)
     }
 
     /// As [`Self::choose`] for a pass that does not look at the surroundings.
     pub(crate) fn choose_unpictured(
         &self,
         gpu: &Gpu,
-        kinds: [Option<Definition>; 3],
+        kinds: &[Option<Definition>],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        self.variant(gpu, [None, kinds[0], kinds[1], kinds[2]], compile)
+        self.variant(gpu, None, kinds, compile)
     }
 
     fn variant(
         &self,
         gpu: &Gpu,
-        kinds: [Option<Definition>; 4],
+        pictured: Option<Definition>,
+        kinds: &[Option<Definition>],
         compile: impl FnOnce(&[Definition]) -> Result<P, GpuError>,
     ) -> &P {
-        let place = (0..4).map(|kind| usize::from(kinds[kind].is_some()) << kind).sum::<usize>();
+        let kinds = || std::iter::once(pictured).chain(kinds.iter().copied());
+        let place = kinds().enumerate().map(|(i, kind)| usize::from(kind.is_some()) << i).sum::<usize>();
         if place == 0 {
             return &self.plain;
         }
-        let definitions: Vec<Definition> = kinds.into_iter().flatten().collect();
+        let definitions: Vec<Definition> = kinds().flatten().collect();
         let make = || compile(&definitions).inspect_err(|error| gpu.report(error)).ok();
         self.variants[place].get_or_init(make).as_ref().unwrap_or(&self.plain)
     }

@@ -1,5 +1,5 @@
 use bytemuck::{Pod, Zeroable};
-use meniscus_gpu::{HostField, HostStruct, Shader, host_fields, shader};
+use meniscus_gpu::{Definition, HostField, HostStruct, Shader, host_fields, shader};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -7,6 +7,9 @@ use crate::twin::{TwinInput, vtk};
 use crate::{Formula, PixelModel, Promises, Surroundings, WaterScale};
 
 const SHADER: Shader = shader!("shading/vtk");
+
+/// Where the surface is opaque.
+const OPAQUE: Definition = Definition { name: "OPAQUE", value: 1 };
 
 /// What VTK's mapper shows of the water.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -129,6 +132,10 @@ impl Formula for VtkParameters {
             shows_attributes: is_opaque,
             ..Default::default()
         }
+    }
+
+    fn kind(&self) -> Option<Definition> {
+        (self.display_mode == DisplayMode::Opaque).then_some(OPAQUE)
     }
 
     fn uniform(&self, scale: WaterScale, _: &Surroundings) -> VtkUniform {
