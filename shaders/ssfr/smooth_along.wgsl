@@ -2,8 +2,9 @@
 // then plain differences, and what the rule of the filter tests and averages. Four pixels of a line at a time: where their taps lie
 // side by side, each tap's sample serves all of them.
 //
-// Where taps are further apart, other loops read them, which pictures of small splats never need: STEPS_OF_ONE is without them,
-// STEPS_UP_TO_TWO has the first of them only. Software drivers go once through the body of a loop that ends before it begins.
+// Where taps are further apart, other loops read them. Software drivers go once through the body of a loop that ends before it begins, so
+// that there are variants with fewer: STEPS_OF_ONE is for pictures without taps that are apart; SMALL_STEPS goes pixel by pixel through
+// lines whose taps are more than two pixels apart, for pictures with few of these.
 #import meniscus::tally::count
 #import meniscus::covered::{CoveredTiles, TILE, unpack_pixel}
 #import meniscus::camera::Camera
@@ -58,8 +59,7 @@ fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
     var before = line.rule.center;
 #ifdef STEPS_OF_ONE
     let dense = most;
-#else ifdef STEPS_UP_TO_TWO
-    // Lines with taps of both kinds are gone through pixel by pixel.
+#else ifdef SMALL_STEPS
     let is_double = all(taps.step == vec4(2.0));
     let dense = select(largest(taps.count * taps.step), 0, is_double);
 #else
@@ -70,7 +70,7 @@ fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
     for (var k = 1; k <= dense; k++) {
         after = vec4(after.yzw, textureLoad(source, first + (k + 3) * stride, 0).x);
         before = vec4(textureLoad(source, first - k * stride, 0).x, before.xyz);
-#ifdef STEPS_UP_TO_TWO
+#ifdef SMALL_STEPS
         let weight = weight_beside(taps, k);
 #else
         let weight = tap_weight(taps, k);
@@ -84,7 +84,7 @@ fn sum_of(line: Line, first: vec2<i32>, stride: vec2<i32>) -> Pair {
         before = vec4(loads_of_two(first - 2 * k * stride, stride), before.xy);
         add(&sum, line, vec4(f32(2 * k)), tap_weight(taps, k), after, before);
     }
-#ifndef STEPS_UP_TO_TWO
+#ifndef SMALL_STEPS
     let sparse = select(most, 0, is_dense || is_double);
     for (var k = 1; k <= sparse; k++) {
         let offset = f32(k) * taps.step;

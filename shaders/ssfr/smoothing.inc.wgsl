@@ -144,10 +144,11 @@ fn weight_at(taps: Taps, offset: vec4<f32>) -> vec4<f32> {
     return select(vec4(0.0), weight, offset <= taps.count * taps.step);
 }
 
-// Weights `offset` pixels to either side, of kernels whose taps are one pixel apart or two.
+// Weights `offset` pixels to either side: 0 between taps.
 fn weight_beside(taps: Taps, offset: i32) -> vec4<f32> {
-    let is_double = taps.step > vec4(1.0);
-    let at_odd = select(taps.odd, vec4(0.0), is_double);
-    let at_even = select(vec4(1.0), taps.odd, is_double & vec4((offset & 2) == 2));
-    return weight_at(taps, vec4(f32(offset))) * select(at_even, at_odd, (offset & 1) == 1);
+    let step = vec4<i32>(taps.step);
+    let is_tap = (vec4(offset) & (step - 1)) == vec4(0);
+    let is_odd = (vec4(offset) & step) != vec4(0);
+    let weight = weight_at(taps, vec4(f32(offset))) * select(vec4(1.0), taps.odd, is_odd);
+    return select(vec4(0.0), weight, is_tap);
 }

@@ -102,6 +102,8 @@ impl Surface {
             scratch: [&self.scratch[0], &self.scratch[1]],
             spacing_per_radius: self.spacing_per_radius,
             most_radius_px: self.most_radius_px,
+            // All are about as far away.
+            typical_radius_px: self.most_radius_px,
         };
         filter.record(recorder, gpu, &camera, &images);
     }

@@ -139,6 +139,8 @@ pub(crate) struct Common {
     pub(crate) spacing_per_radius: f32,
     /// Pixels that the radius of no sphere exceeds at its point nearest to the eye.
     pub(crate) most_radius_px: f32,
+    /// Pixels that the radii of what is drawn first have in the root of the mean square, of the set with the largest.
+    pub(crate) typical_radius_px: f32,
     /// Most that a half-axis of an ellipsoid is of the radius.
     pub(crate) longest_axis: f32,
     /// Whether nothing opaque cuts any of the sets.
@@ -168,6 +170,7 @@ impl Common {
             visible_radius,
             spacing_per_radius: sets.first().map_or(1.6, |set| set.spacing_world() / set.radius_world),
             most_radius_px: sets.iter().map(|set| set.most_radius_px).fold(0.0, f32::max),
+            typical_radius_px: sets.iter().map(|set| set.front_half_px).fold(0.0, f32::max),
             longest_axis: params.anisotropy.longest_axis(),
             is_bounded,
             is_in_front: sets.iter().all(|set| set.is_in_front),

@@ -128,6 +128,7 @@ impl Ssfr {
                 scratch: [&images.nearest, &images.radius],
                 spacing_per_radius: common.spacing_per_radius,
                 most_radius_px: common.most_radius_px,
+                typical_radius_px: common.typical_radius_px,
             },
         );
         self.normal.record(recorder, gpu, camera, images);

@@ -17,24 +17,24 @@ impl Run<'_> {
         Ok(found)
     }
 
-    /// The same where the filter is not told how large spheres are.
-    pub fn of_any_size(&self, picture: &Picture) -> Result<Vec<f32>, String> {
-        let (found, _) = self.kept(picture, f32::INFINITY, false)?;
+    /// The same where the filter takes spheres for this large in pixels, typically and at the most.
+    pub fn of_size(&self, picture: &Picture, radii_px: [f32; 2]) -> Result<Vec<f32>, String> {
+        let (found, _) = self.kept(picture, radii_px, false)?;
         Ok(found)
     }
 
     /// As [`Self::on_gpu`] with the number of samples that the passes read, if they count them.
     pub fn counted(&self, picture: &Picture, counting: bool) -> Result<(Vec<f32>, Option<u64>), String> {
-        self.kept(picture, picture.most_radius_px(), counting)
+        self.kept(picture, [picture.most_radius_px(); 2], counting)
     }
 
     fn kept(
         &self,
         picture: &Picture,
-        most_radius_px: f32,
+        radii_px: [f32; 2],
         counting: bool,
     ) -> Result<(Vec<f32>, Option<u64>), String> {
-        let recorded = self.recorded(picture, most_radius_px, counting);
+        let recorded = self.recorded(picture, radii_px, counting);
         let (found, taps) = recorded.map_err(|e| format!("the device: {e}"))?;
         keeps_the_mask(picture, &found, "passes")?;
         Ok((found, taps))
@@ -59,7 +59,7 @@ impl Run<'_> {
     fn recorded(
         &self,
         picture: &Picture,
-        most_radius_px: f32,
+        [typical_radius_px, most_radius_px]: [f32; 2],
         counting: bool,
     ) -> Result<(Vec<f32>, Option<u64>), GpuError> {
         let (gpu, size) = (self.gpu, picture.size);
@@ -90,6 +90,7 @@ impl Run<'_> {
             scratch: [&scratch[0], &scratch[1]],
             spacing_per_radius: SPACING_PER_RADIUS,
             most_radius_px,
+            typical_radius_px,
         };
         self.filter.record(&mut recorder, gpu, &camera, &images);
         let _ = recorder.submit(gpu)?;

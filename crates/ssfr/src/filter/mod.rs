@@ -56,6 +56,8 @@ pub struct FilterImages<'a> {
     pub spacing_per_radius: f32,
     /// Pixels that the radius of no sphere exceeds at its point nearest to the eye; infinite where that is not known.
     pub most_radius_px: f32,
+    /// Pixels that radii have in the root of the mean square; may be anything, and decides about speed only.
+    pub typical_radius_px: f32,
 }
 
 /// Numbers in a scratch buffer of a filter for pictures of `size` pixels: one a pixel, and room for two.

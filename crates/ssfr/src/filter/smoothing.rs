@@ -76,15 +76,15 @@ impl Width {
         passes.into_iter().rev()
     }
 
-    /// How far apart the taps of `pass` may be in pictures of spacings of up to `spacing_px` pixels.
-    fn steps(&self, pass: &LinePass, spacing_px: f32) -> Steps {
-        let reach_px = REACH_PER_SIGMA * self.sigma * spacing_px * pass.share.sqrt();
-        // As `taps_of` of `shaders/ssfr/smoothing.inc.wgsl`.
+    /// How far apart the taps of `pass` are in pictures of spacings of mostly `typical_px`, up to `most_px` pixels.
+    fn steps(&self, pass: &LinePass, typical_px: f32, most_px: f32) -> Steps {
+        let reach_px = |spacing_px: f32| REACH_PER_SIGMA * self.sigma * spacing_px * pass.share.sqrt();
+        // As `taps_of` of `shaders/ssfr/smoothing.inc.wgsl`: to this reach they are side by side, to twice that two pixels apart.
         let close_taps = pass.close_taps.min(pass.most_taps);
-        if reach_px <= close_taps {
+        if reach_px(most_px) <= close_taps {
             Steps::One
-        } else if reach_px <= 2.0 * close_taps {
-            Steps::UpToTwo
+        } else if reach_px(typical_px) <= MOSTLY_SMALL * close_taps {
+            Steps::Small
         } else {
             Steps::Any
         }
@@ -114,21 +114,26 @@ pub(crate) struct LinePass {
     pub most_gap: i32,
 }
 
+/// Typical reach, in taps side by side, up to which few lines have taps more than two pixels apart, which would need a reach of two: what
+/// is a quarter nearer to the eye.
+const MOSTLY_SMALL: f32 = 1.6;
+
 /// Pixels from one tap to the next, for which there are variants of the passes along rows and columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Steps {
     One,
-    UpToTwo,
+    /// Mostly up to two.
+    Small,
     Any,
 }
 
 impl Steps {
-    const ALL: [Self; 3] = [Self::One, Self::UpToTwo, Self::Any];
+    const ALL: [Self; 3] = [Self::One, Self::Small, Self::Any];
 
     fn definitions(self) -> &'static [Definition] {
         match self {
             Self::One => &[Definition { name: "STEPS_OF_ONE", value: 1 }],
-            Self::UpToTwo => &[Definition { name: "STEPS_UP_TO_TWO", value: 1 }],
+            Self::Small => &[Definition { name: "SMALL_STEPS", value: 1 }],
             Self::Any => &[],
         }
     }
@@ -245,10 +250,11 @@ impl Smoothing {
             bindings
         };
         let mut current = other.clone();
-        let spacing_px = images.spacing_per_radius * images.most_radius_px;
+        let [typical_px, most_px] =
+            [images.typical_radius_px, images.most_radius_px].map(|px| images.spacing_per_radius * px);
         let [width_px, height_px] = images.front.size();
-        let coarse = width.coarse_clean_up(spacing_px, width_px.max(height_px));
-        let along = |pass: &LinePass| &self.along[width.steps(pass, spacing_px) as usize];
+        let coarse = width.coarse_clean_up(most_px, width_px.max(height_px));
+        let along = |pass: &LinePass| &self.along[width.steps(pass, typical_px, most_px) as usize];
         let passes = width.passes().map(|pass| ("ssfr.smooth_along", along(&pass), pass));
         for (name, pipeline, pass) in
             passes.chain(coarse.map(|pass| ("ssfr.smooth_square", &self.coarse_square, pass)))
