@@ -7,9 +7,13 @@
 // found by red. Blue is left out, as in the original (Lottes 2009).
 const WEIGHTS: vec2<f32> = vec2(0.8, 0.2);
 
-// Brightness by these weights, with alpha so that the edges of a transparent picture are found too. Where all is opaque, the
-// byte is for the colours alone; `Smoothing` has what makes the two comparable.
-fn luma_byte(color: vec3<f32>, alpha: f32, is_transparent: bool) -> u32 {
+// Brightness by these weights; TRANSPARENT: with alpha, so that the edges of a transparent picture are found too. Where all is opaque,
+// the byte is for the colours alone; `Smoothing` has what makes the two comparable.
+fn luma_byte(color: vec3<f32>, alpha: f32) -> u32 {
     let luma = dot(color.rg, WEIGHTS);
-    return u32(255.0 * select(luma, (luma + 0.5 * alpha) / 1.5, is_transparent) + 0.5);
+#ifdef TRANSPARENT
+    return u32(255.0 / 1.5 * (luma + 0.5 * alpha) + 0.5);
+#else
+    return u32(255.0 * luma + 0.5);
+#endif
 }

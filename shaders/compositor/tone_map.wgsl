@@ -1,5 +1,6 @@
-// Linear radiance to display colour: exposure, contrast, saturation, tone curve, sRGB transfer, 8 bits with dither. Compiled for
-// one curve, with or without contrast and anti-aliasing: software drivers run through both branches of a choice.
+// Linear radiance to display colour: exposure, contrast, saturation, tone curve, sRGB transfer, 8 bits with dither. Compiled for one
+// curve, with or without contrast and saturation (GRADED), alpha, bloom and anti-aliasing: software drivers run through both branches of a
+// choice.
 //
 // Four neighbours of a row are a texel of what is written, and their brightness is one word for anti-aliasing.
 #import meniscus::light::{MAX_RADIANCE, finite}
@@ -16,8 +17,7 @@ struct ToneMap {
     contrast: f32,
     size_px: vec2<u32>,
     saturation: f32,
-    // 1: alpha is coverage; 0: opaque.
-    transparent: u32,
+    pad: u32,
     // Per channel, as in the gain.
     white_balance: vec3<f32>,
     // Share of the light that bloom scatters.
@@ -77,11 +77,11 @@ fn scattered(pixel: vec2<u32>) -> vec3<f32> {
 // Display colour in [0, 1] of exposed light.
 fn display_color(light: vec3<f32>) -> vec3<f32> {
     var color = light;
-#ifdef CONTRAST
+#ifdef GRADED
     color = MIDDLE_GREY * pow(max(color, vec3(1e-6)) / MIDDLE_GREY, vec3(tone.contrast));
-#endif
     let grey = dot(color, vec3(0.2126, 0.7152, 0.0722));
     color = clamp(mix(vec3(grey), color, tone.saturation), vec3(0.0), vec3(MAX_RADIANCE));
+#endif
 #ifdef NEUTRAL
     color = pbr_neutral(color);
 #else ifdef FILMIC
@@ -107,14 +107,17 @@ struct Mapped {
 fn mapped_pixel(at: vec2<u32>) -> Mapped {
     // At the end of a row the last pixel is done again.
     let pixel = vec2(min(at.x, tone.size_px.x - 1u), at.y);
-    let is_transparent = tone.transparent != 0u;
     let input = finite(textureLoad(radiance, pixel, 0));
     var light = input.rgb * tone.gain;
 #ifdef BLOOM
     light = mix(light, tone.white_balance * scattered(pixel), tone.bloom);
 #endif
     let color = display_color(light);
-    let alpha = select(1.0, min(input.a, 1.0), is_transparent);
+#ifdef TRANSPARENT
+    let alpha = min(input.a, 1.0);
+#else
+    let alpha = 1.0;
+#endif
     // Interleaved gradient noise (Jimenez 2014) of one step hides the steps of smooth gradients.
     let at_px = vec2<f32>(pixel & vec2(1023u));
     let dither = fract(52.9829189 * fract(dot(at_px, vec2(0.06711056, 0.00583715))));
@@ -122,7 +125,7 @@ fn mapped_pixel(at: vec2<u32>) -> Mapped {
     var mapped: Mapped;
     mapped.pixel = steps.r | (steps.g << 8u) | (steps.b << 16u) | (u32(255.0 * alpha + 0.5) << 24u);
 #ifdef SMOOTHED
-    mapped.luma = luma_byte(color, alpha, is_transparent);
+    mapped.luma = luma_byte(color, alpha);
 #endif
     return mapped;
 }

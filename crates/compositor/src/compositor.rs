@@ -28,22 +28,15 @@ struct ToneMapUniform {
     contrast: f32,
     size_px: [u32; 2],
     saturation: f32,
-    transparent: u32,
+    pad: u32,
     white_balance: [f32; 3],
     bloom: f32,
 }
 
 impl HostStruct for ToneMapUniform {
     const WGSL_NAME: &'static str = "ToneMap";
-    const FIELDS: &'static [HostField] = host_fields!(ToneMapUniform {
-        gain,
-        contrast,
-        size_px,
-        saturation,
-        transparent,
-        white_balance,
-        bloom
-    });
+    const FIELDS: &'static [HostField] =
+        host_fields!(ToneMapUniform { gain, contrast, size_px, saturation, pad, white_balance, bloom });
 }
 
 /// WGSL: `Smoothing` in `shaders/compositor/edges.inc.wgsl`.
@@ -261,10 +254,12 @@ fn tone_map(
         ToneCurve::Filmic => Some("FILMIC"),
         ToneCurve::Clip => None,
     };
-    let contrast = (parameters.contrast != 1.0).then_some("CONTRAST");
+    let is_graded = parameters.contrast != 1.0 || parameters.saturation != 1.0;
+    let graded = is_graded.then_some("GRADED");
+    let transparent = parameters.transparent.then_some("TRANSPARENT");
     let bloom = (parameters.bloom > 0.0).then_some("BLOOM");
     let smoothed = is_smoothed.then_some("SMOOTHED");
-    let definitions: Vec<Definition> = [curve, contrast, bloom, smoothed]
+    let definitions: Vec<Definition> = [curve, graded, transparent, bloom, smoothed]
         .into_iter()
         .flatten()
         .map(|name| Definition { name, value: 1 })
@@ -286,7 +281,7 @@ fn tone_map_uniform(parameters: &CompositorParameters, size: [u32; 2]) -> ToneMa
         contrast: parameters.contrast,
         size_px: size,
         saturation: parameters.saturation,
-        transparent: parameters.transparent.into(),
+        pad: 0,
         white_balance: parameters.white_balance,
         bloom: parameters.bloom,
     }
