@@ -62,8 +62,7 @@ pub struct SplatSet<'a> {
     /// Whether nothing opaque cuts any of them: what of them lies behind the scene, as the lower rim of spheres on a floor may,
     /// counts in the thickness.
     pub is_in_front: bool,
-    /// Half size in pixels that none of them exceeds in the picture that counts in the thickness as itself; infinite where that is not
-    /// known.
+    /// Half size in pixels that none of those exceeds that count in the thickness as themselves; infinite where that is not known.
     pub most_half_px: f32,
     /// Radius in pixels that no sphere exceeds at its point nearest to the eye; infinite where that is not known.
     pub most_radius_px: f32,

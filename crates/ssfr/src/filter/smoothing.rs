@@ -83,7 +83,9 @@ impl Width {
         let close_taps = pass.close_taps.min(pass.most_taps);
         if reach_px(most_px) <= close_taps {
             Steps::One
-        } else if reach_px(typical_px) <= MOSTLY_SMALL * close_taps {
+        } else if reach_px(typical_px) <= MOSTLY_SMALL * close_taps
+            && reach_px(most_px) <= LARGEST * close_taps
+        {
             Steps::Small
         } else {
             Steps::Any
@@ -117,6 +119,9 @@ pub(crate) struct LinePass {
 /// Typical reach, in taps side by side, up to which few lines have taps more than two pixels apart, which would need a reach of two: what
 /// is a quarter nearer to the eye.
 const MOSTLY_SMALL: f32 = 1.6;
+
+/// Largest reach, in taps side by side, that may be gone through pixel by pixel: a single drop before the eye may fill the picture.
+const LARGEST: f32 = 8.0;
 
 /// Pixels from one tap to the next, for which there are variants of the passes along rows and columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
