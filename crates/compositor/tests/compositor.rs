@@ -34,7 +34,7 @@ fn tone_curves_follow_their_twin() {
         })
         .collect();
     for tone_curve in [ToneCurve::Neutral, ToneCurve::Filmic, ToneCurve::Clip] {
-        for (contrast, saturation, exposure) in [(1.0, 1.0, 0.0), (1.4, 0.3, 1.5)] {
+        for (contrast, saturation, exposure) in [(1.0, 1.0, 0.0), (1.0, 0.3, 0.0), (1.4, 0.3, 1.5)] {
             let parameters = CompositorParameters {
                 tone_curve,
                 contrast,
